@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kSeed = "/fit/seed";
 
-// What takes a number of one unit to another, if they are units of one dimension.
+// Factor from one unit to another of the same dimension.
 double factor_between(const std::string& from, const std::string& to) {
   if (from == to) return 1;
   for (const Dimension dimension : {Dimension::kLength, Dimension::kAngle, Dimension::kSpatialFrequency,
@@ -103,7 +103,7 @@ CasePlan::CasePlan(const VarySpec& vary, std::uint64_t seed, const std::string& 
       if (axis.values.empty() && (grid || axis.spacing == "integers") && axis.count > 0)
         for (int k = 0; k < axis.count; ++k) {
           const std::string value = range_value(axis, double(k) / (axis.count - 1));
-          if (own.values.empty() || own.values.back() != value)  // rounded to the same
+          if (own.values.empty() || own.values.back() != value)  // equal after rounding
             own.values.push_back(value);
         }
     } catch (const std::exception& error) {
@@ -125,7 +125,7 @@ CasePlan::CasePlan(const VarySpec& vary, std::uint64_t seed, const std::string& 
   if (realisations_ > 1) pointers_.push_back(kSeed);
 }
 
-// Points that come to the same values, as of two lists, are one case.
+// Points with the same values, as from two lists, are one case.
 void CasePlan::place_sobol(const VarySpec& vary) {
   points_ = shifted_sobol(std::size_t(vary.cases), axes_.size(), vary.seed);
   std::set<std::string> seen;
@@ -137,7 +137,7 @@ void CasePlan::place_sobol(const VarySpec& vary) {
   places_ = points_.size();
 }
 
-// Whole numbers have an interval each, those at the ends too.
+// Integers have equal intervals, including those at the ends.
 std::string CasePlan::sobol_value(std::size_t axis, double u) const {
   const Axis& own = axes_[axis];
   if (!own.values.empty()) return own.values[std::size_t(u * double(own.values.size()))];

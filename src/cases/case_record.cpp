@@ -25,7 +25,7 @@ std::string to_line(const CaseRecord& record) {
                   {"verdict", record.verdict.empty() ? Json(nullptr) : Json(record.verdict)},
                   {"warnings", record.warnings},
                   {"seconds", record.seconds}};
-  // What a message quotes of a file may be no UTF-8.
+  // A quotation from a file may not be UTF-8.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -17,8 +17,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostShown = 6;
 
-// Its base and values tell a case as a rule; only where a file varies, or an earlier study had the same
-// case, has it to be read.
+// Base and values identify a case, unless a file varies or an earlier study had it; then it is read.
 const CaseRecord* record_at(const StudyCases& cases, const CasePlan& plan, const KnownCases& known,
                             std::size_t index) {
   const CaseValues at = plan.at(index);
@@ -31,7 +30,7 @@ const CaseRecord* record_at(const StudyCases& cases, const CasePlan& plan, const
   }
 }
 
-// Numbers of one axis, with the unit of the first.
+// Values of one axis as numbers, in the unit of the first.
 void read_axis(const StudyCases& cases, const CasePlan& plan, std::size_t k, SweepAxis* axis) {
   std::vector<std::string> values = k < plan.axes() ? plan.values(k) : std::vector<std::string>{};
   if (values.empty()) values = {plan.at(0)[k].second};
@@ -69,7 +68,7 @@ SweepRow row_of(const CaseRecord& record, std::size_t index, const CaseValues& a
   return row;
 }
 
-// What people want to see first: what was found of the light, not what the scene is in numbers.
+// The statistics to show first: results, not the numbers of the scene.
 std::vector<std::string> shown_of(const std::vector<std::string>& statistics) {
   std::vector<std::string> shown;
   const auto is_number_of_scene = [](const std::string& name) {
@@ -80,7 +79,7 @@ std::vector<std::string> shown_of(const std::vector<std::string>& statistics) {
   return shown;
 }
 
-// What the first case has that is unusual, told once for all. The study itself may be no case.
+// Reports what is unusual in the first such case, once for all cases. The study itself may not be a case.
 void note_unusual_cases(const StudyCases& cases, const CasePlan& plan, SweepReport* report) {
   const auto is_unusual = [](const SweepRow& row) {
     return std::find(row.warnings.begin(), row.warnings.end(), kUnusual) != row.warnings.end();

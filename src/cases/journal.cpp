@@ -38,7 +38,7 @@ void make_folder(const std::string& folder) {
                      "a place that can be written to");
 }
 
-// A file that ends with the process that holds it. Where a file system has no locks everybody gets one.
+// The lock ends with the process that holds it. On a file system without locks every process gets one.
 bool lock_file(int fd) { return ::flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK; }
 bool has_locks(int fd) { return ::flock(fd, LOCK_EX | LOCK_NB) == 0 || errno == EWOULDBLOCK; }
 
@@ -48,7 +48,7 @@ int open_file(const std::string& path) {
   return fd;
 }
 
-// Length of the whole lines.
+// Length of the complete lines.
 off_t length_of_lines(int fd) {
   off_t end = ::lseek(fd, 0, SEEK_END);
   char part[4096];
@@ -96,7 +96,7 @@ void CaseJournal::open() {
     }
   }
   if (::ftruncate(fd_, length_of_lines(fd_)) != 0) refuse_journal(path_);
-  // The name of a new file is on the disk with its folder.
+  // The name of a new file is on the disk only when its folder is.
   const int folder = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder >= 0) ::fsync(folder), ::close(folder);
 }

@@ -1,6 +1,6 @@
 #include "mpi_module.h"
 
-#define OMPI_SKIP_MPICXX 1  // its C++ bindings are deprecated and full of warnings
+#define OMPI_SKIP_MPICXX 1  // the C++ bindings are deprecated and cause warnings
 #include <mpi.h>
 
 #include <chrono>
@@ -11,14 +11,14 @@ namespace {
 
 constexpr int kAsk = 1, kWork = 2, kLeave = 3;
 
-// MPI waits by looking all the time, which takes a processor from those who work.
+// MPI waits by polling, which would occupy a processor.
 constexpr std::chrono::microseconds kBetweenLooks{200};
 
 }  // namespace
 
 extern "C" {
 
-// Threads ask one at a time; in rank 0 one thread serves.
+// Threads call MPI one at a time; in rank 0 one thread serves.
 int aberfit_mpi_begin(int* rank, int* ranks) {
   int offered = 0;
   if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &offered) != MPI_SUCCESS) return 1;

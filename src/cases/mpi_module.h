@@ -1,18 +1,18 @@
 #pragma once
 
-// What the module aberfit_mpi offers, a shared library of its own that is loaded by a program that mpirun has
-// started: all others need no Open MPI. Plain C, found by name.
+// Interface of the module aberfit_mpi, a separate shared library. Only a program started by mpirun loads it,
+// so others need no Open MPI. Plain C, found by name.
 namespace aberfit::internal {
 extern "C" {
 
-/// Begins MPI. 0 where that succeeds.
+/// Starts MPI; 0 on success.
 int aberfit_mpi_begin(int* rank, int* ranks);
-/// Ranks but 0: asks rank 0 for work. first: a number, count: how many from there; 0: there is none left.
+/// For ranks except 0: requests `count` cases from `first` on; count 0: none is left.
 void aberfit_mpi_ask(long* first, long* count);
-/// Rank 0: answers with what `next` says until every other rank has left. between: called now and then.
+/// For rank 0: answers with `next` until all other ranks have left. between: called now and then.
 void aberfit_mpi_serve(void (*next)(void* state, long* first, long* count), void (*between)(void* state),
                        void* state);
-/// Ranks but 0: tells rank 0 that nothing more is to come.
+/// For ranks except 0: tells rank 0 that no more requests follow.
 void aberfit_mpi_leave(void);
 /// Ends MPI in order; abort: ends all ranks at once.
 void aberfit_mpi_end(void);

@@ -24,8 +24,7 @@ std::string key_of(const std::string& base, const CaseValues& at) {
   return key;
 }
 
-// What the exception that is being handled says, never nothing; the study is named by the sweep. What ends
-// the whole run goes on.
+// Non-empty text of the current exception, without the study's name; rethrows one that ends the run.
 std::string text_of_current_error() {
   try {
     throw;
@@ -40,7 +39,7 @@ std::string text_of_current_error() {
   }
 }
 
-// Ids that somebody in this process is at or has done.
+// Ids that this process has started or finished.
 class Claims {
  public:
   bool take(const std::string& id) {
@@ -53,7 +52,7 @@ class Claims {
   std::unordered_set<std::string> ids_;
 };
 
-// One case; false where it is known already.
+// Runs one case; false if it is known already.
 bool run_one(const StudyCases& cases, const CaseWork& work, const KnownCases& known, Claims* claims,
              CaseRecord* record) {
   const auto begin = std::chrono::steady_clock::now();
@@ -80,7 +79,7 @@ bool run_one(const StudyCases& cases, const CaseWork& work, const KnownCases& kn
 
 KnownCases::KnownCases(std::vector<CaseRecord> records) : records_(std::move(records)) {
   for (std::size_t k = 0; k < records_.size(); ++k) {
-    // What was done counts before what had failed.
+    // A result has priority over a failure.
     const auto keep = [&](std::size_t* known) {
       if (!records_[*known].error.empty() && records_[k].error.empty()) *known = k;
     };
@@ -121,7 +120,7 @@ CaseCounts run_cases(const StudyCases& cases, const CasePlan& plan, const KnownC
       } catch (const Interrupted&) {
         return;
       } catch (...) {
-        end = true;  // the records cannot be written: nobody need go on
+        end = true;  // the records cannot be written, so all threads stop
         throw;
       }
       ++(record.error.empty() ? done : failed);
@@ -149,7 +148,7 @@ void check_pointers(const StudyCases& cases, const CasePlan& plan) {
         if (!problem) problem = std::current_exception();
       }
     }
-    // Values may need each other: a first case that can be read is proof as well.
+    // Values may depend on each other; a first case that can be read is proof as well.
     if (!problem) continue;
     try {
       cases.at(first);

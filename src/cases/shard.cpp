@@ -23,7 +23,7 @@ std::optional<long> number_in(const Environment& environment, const std::string&
   return parse_number<long>(environment(name));
 }
 
-// Numbers of the tasks of an array, first, first + step, ...
+// Task numbers of an array: first, first + step, ...
 struct TaskNumbers {
   long first, step;
   // An array without a step may begin anywhere.
@@ -31,14 +31,14 @@ struct TaskNumbers {
   long count(long last) const { return (last - first) / step + 1; }
 };
 
-// What the scheduler says of this task; SGE says "undefined" outside of arrays.
+// The task that the scheduler gives; SGE writes "undefined" outside of arrays.
 std::optional<ArrayTask> array_task(const Environment& environment) {
   if (const auto id = number_in(environment, "SLURM_ARRAY_TASK_ID")) {
     const TaskNumbers numbers{number_in(environment, "SLURM_ARRAY_TASK_MIN").value_or(0),
                               std::max(1l, number_in(environment, "SLURM_ARRAY_TASK_STEP").value_or(1))};
     const long count = number_in(environment, "SLURM_ARRAY_TASK_COUNT").value_or(0);
     const auto last = number_in(environment, "SLURM_ARRAY_TASK_MAX");
-    // A list, --array=1,3,7: nothing says which of its numbers this one is.
+    // For a list, --array=1,3,7, the position of this number is unknown.
     return ArrayTask{numbers.place(*id), count, count > 1 && last && numbers.count(*last) != count};
   }
   for (const char* name : {"PBS_ARRAY_INDEX", "PBS_ARRAYID"})

@@ -52,7 +52,7 @@ struct Team::Module {
     return *function != nullptr;
   }
   bool load(const std::string& path) {
-    handle = ::dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);  // Open MPI looks for its own parts globally
+    handle = ::dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);  // Open MPI looks up its own parts globally
     return handle && find("aberfit_mpi_begin", &begin) && find("aberfit_mpi_ask", &ask) &&
            find("aberfit_mpi_serve", &serve) && find("aberfit_mpi_leave", &leave) &&
            find("aberfit_mpi_end", &end) && find("aberfit_mpi_abort", &abort);
@@ -61,7 +61,7 @@ struct Team::Module {
 
 namespace {
 
-// What mpirun of Open MPI, MPICH (Hydra) or srun says of this process.
+// The rank that mpirun of Open MPI, MPICH (Hydra) or srun gives to this process.
 struct Place {
   int rank = 0, ranks = 1;
   bool open_mpi = false;
@@ -74,7 +74,7 @@ Place place_of(const Environment& environment) {
   return {};
 }
 
-// Beside the program, or where it is installed.
+// Next to the program, or in its installation folder.
 std::vector<std::string> places_of_module() {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -82,7 +82,7 @@ std::vector<std::string> places_of_module() {
   return {(folder / "aberfit_mpi.so").string(), (folder / "../lib/aberfit/aberfit_mpi.so").string()};
 }
 
-// A run of places from rank 0 at a time, one asker at a time.
+// Takes a run of cases from rank 0 at a time, one request at a time.
 class RemoteQueue : public CaseQueue {
  public:
   explicit RemoteQueue(decltype(&aberfit_mpi_ask) ask) : ask_(ask) {}

@@ -14,7 +14,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Why no cut is charted; empty where cuts are.
+// Returns why no cut is charted; empty where cuts are.
 std::string why_no_cut(const ChartBench& bench) {
   if (!bench.ground.psd) return "No roughness is given.";
   const std::string obstacle = obstacle_to_split(bench.ground, bench.targets);
@@ -27,27 +27,26 @@ struct Cut {
   bool is_default = false;
 };
 
-// The study's own and the automatic one, from near the bottom of the band to near its top, and all of it.
+// The bands to chart: the study's own, the automatic one, cuts through the band, and no cut at all.
 std::vector<BandSpec> bands_of(const ChartBench& bench) {
   std::vector<BandSpec> bands = {{BandRule::kAuto, 0}, {BandRule::kAll, 0}};
   if (band_rule(bench.task) == BandRule::kCut) bands.push_back(bench.task.terms.band);
-  // Below a cycle across a frequency tilts the mirror; above 1/lambda it does not scatter.
+  // Below a cycle across, a frequency tilts the mirror; above 1/lambda it does not scatter.
   const double low = std::max(bench.ground.psd->f_min(), 0.5 / bench.ground.radius),
                high = std::min(bench.ground.psd->f_max(), 1 / bench.task.wavelength);
-  // In the middles of four equal parts of the band on a logarithmic axis: more would be left out for time.
+  // Cuts lie in the middles of four equal parts of the band on a logarithmic axis; more would take too long.
   for (double part = 0.125; part < 1 && low < high; part += 0.25)
     bands.push_back({BandRule::kCut, low * std::pow(high / low, part)});
   return bands;
 }
 
-// Where the terms end [cycles/m]; 0: there are none.
+// Returns where the terms end [cycles/m]; 0: there are none.
 double end_of_terms(const ChartBench& bench, const Layout& layout) {
   if (!layout.ground.split) return bench.ground.psd->f_max();
   return layout.ground.all_scatters() ? 0 : layout.ground.split->cut();
 }
 
-// Laid out, from the bottom of the band to all of it; of two that are nearly the same the one that stands
-// first in bands_of.
+// Layouts of the bands in the order of their cuts. Of two nearly equal cuts, the first of bands_of stays.
 std::vector<Cut> cuts_of(const ChartBench& bench) {
   const std::vector<BandSpec> bands = bands_of(bench);
   std::vector<Layout> layouts = lay_out(bench.task, requested_physics(bench.task), bands, bench.threads);
@@ -57,7 +56,7 @@ std::vector<Cut> cuts_of(const ChartBench& bench) {
     const double end = end_of_terms(bench, layouts[k]);
     const auto near = std::find_if(cuts.begin(), cuts.end(), [&](const Cut& cut) {
       const double other = end_of_terms(bench, cut.layout);
-      // A twentieth apart, two cuts tell the same and are not worth a fit each.
+      // Cuts within 5 % give the same result and do not need a fit each.
       return end <= 1.05 * other && other <= 1.05 * end;
     });
     const bool is_default = own == BandRule::kCut ? k == 2 : bands[k].rule == own;
@@ -79,7 +78,7 @@ std::string setting_of(const ChartBench& bench, const Cut& cut) {
   return end > 0 ? fmt::format("f_c = {:.3g} /m", end) : "scatter alone";
 }
 
-// What light says of the whole, and what one mirror is off from the mean: in tolerances, times the margin.
+// Error of the whole by wave optics, and spread of single mirrors: in tolerances, times the margin.
 void judge_row(const ChartBench& bench, const Layout& layout, const Attempt& attempt, ChartRow* row) {
   const JudgedSet judged(layout.targets.fitted, layout.targets.held_out);
   const double margin = bench.task.equivalence.margin;
@@ -129,14 +128,14 @@ ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {
   return row;
 }
 
-// The fits that there is time for: the one of fewest terms and the study's own in any case. Left out: names
-// of the others.
+// Makes the fits that there is time for, always that of fewest terms and the study's own. left_out: the other
+// names.
 std::vector<ChartRow> fitted_rows(const ChartBench& bench, const std::vector<Cut>& cuts,
                                   const ChartClock& clock, std::string* left_out) {
   std::vector<ChartRow> rows;
-  double last = 0;  // where the terms of the last fit ended
+  double last = 0;  // end of the terms of the last fit
   for (const Cut& cut : cuts) {
-    // Terms up to a frequency grow with its square, and the time of a fit with them at most.
+    // The number of terms grows as the square of their last frequency, and the time of a fit at most with it.
     const double end = end_of_terms(bench, cut.layout), more = last > 0 ? std::pow(end / last, 2) : 1;
     if (!rows.empty() && !cut.is_default && more * rows.back().seconds > clock.left()) {
       *left_out += (left_out->empty() ? "" : ", ") + setting_of(bench, cut);

@@ -9,19 +9,17 @@
 #include "aberfit/method/groundwork.h"
 #include "aberfit/method/run_context.h"
 
-// The families of a chart, one function each, and what they share. Flags of the rows and the name of their
-// family are left to make_chart.
+// The families of a chart, one function each. Flags of rows and names of families are left to make_chart.
 namespace aberfit::internal {
 
-/// What the errors of a family are held against.
+/// Upper limit for the errors of a family.
 struct ErrorLimit {
   double value = 0;
   std::string name;
 };
 
-/// What every family of a chart is measured on: the study as `fit` lays it out, with the surface its fit
-/// would start from. Where the band is split the terms stand for the part below the cut alone; where all of
-/// it scatters there are none.
+/// The study as `fit` lays it out, with the first surface of its fit, for every family of a chart. Where the
+/// band is split, terms represent the part below the cut; where all of it scatters there are none.
 struct ChartBench {
   ChartBench(const Task& task, const RunContext& context);
 
@@ -29,7 +27,7 @@ struct ChartBench {
   Groundwork ground;
   TargetSets targets;
   TermSet terms;
-  Eigen::VectorXd coefficients;  ///< a seeded draw of the prior [m]
+  Eigen::VectorXd coefficients;  ///< a seeded realisation of the prior [m]
   int threads = 1;
   std::function<void(const std::string&)> say;
 
@@ -39,19 +37,19 @@ struct ChartBench {
   }
 };
 
-/// Theories of the mean spot in focus, in light, against the aperture-exact one; its own error is what it
-/// leaves out. seconds, here and below: about how long the family may take.
+/// Theories of the mean spot in the focus, by wave optics, against the aperture-exact one, whose own error is
+/// what it neglects. seconds, here and below: approximate time for the family.
 ChartFamily chart_theories(const ChartBench& bench, double seconds);
-/// Rays by number and waves by grid, of one surface: encircled energies in light against a finer grid.
+/// Rays by number and waves by grid, for one surface: encircled energies against a finer grid of waves.
 ChartFamily chart_models(const ChartBench& bench, double seconds);
-/// Fits of growing orders by rays, by waves that begin on a coarse grid, and by waves on the safe grid alone:
-/// what light says of the surfaces against their targets. Of terms and scatter no fit goes by rays.
+/// Fits of growing orders by rays, by waves from a coarse grid on, and by waves on the safe grid alone.
+/// Errors are those of the surfaces by wave optics against their targets. Fits with scatter are not made by
+/// rays.
 ChartFamily chart_fits(const ChartBench& bench, double seconds);
-/// Whole fits by where the roughness is split between terms and scatter: what light says of the mean, and how
-/// far mirrors that share the terms differ.
+/// Whole fits by the cut of the roughness into terms and scatter: error of the mean by wave optics, and
+/// spread of mirrors that share the terms.
 ChartFamily chart_bands(const ChartBench& bench, double seconds);
 
-/// Seconds since it was made, against seconds it may take.
 class ChartClock {
  public:
   explicit ChartClock(double budget) : budget_(budget), begin_(std::chrono::steady_clock::now()) {}
@@ -70,11 +68,9 @@ struct ChartTime {
   double median = 0, low = 0, high = 0;
   int repeats = 0;
 };
-/// Repeats `run` at least five times where `budget` [s] allows it, once in any case, and no more than needed
-/// to fill a fifth of the budget.
+/// Repeats `run` at least five times within `budget` [s], always once, and at most for a fifth of the budget.
 ChartTime measure_time(double budget, const std::function<void()>& run);
 
-/// A family without rows.
 ChartFamily family_of(const std::string& name, const std::string& title, const std::string& error_of,
                       const std::string& timed, const ErrorLimit& limit);
 /// A row of a method that is not measured yet; a parameter without a name has no value.
@@ -82,12 +78,11 @@ ChartRow row_of(const std::string& method, const std::string& parameter, double 
                 const std::string& unit = "1");
 void set_time(const ChartTime& time, ChartRow* row);
 
-/// The largest of these errors and their root mean square, into a row; both are NaN where one of them is no
-/// number or there are none.
+/// Writes the largest and the root mean square of these errors into a row; NaN where one is NaN or none
+/// exist.
 void set_errors(const std::vector<double>& errors, const std::string& reference, double error_of_reference,
                 ChartRow* row);
 
-/// Targets of encircled energy.
 std::vector<Target> in_light(std::vector<Target> targets);
 
 }  // namespace aberfit::internal

@@ -25,20 +25,18 @@ Eigen::VectorXd by_waves(const Task& task, const Groundwork& ground, const TermS
       .exact(task, coefficients, statistics, threads, nullptr);
 }
 
-// Why nothing is charted in light; empty where something is.
 std::string why_not_in_light(const ChartBench& bench) {
   return bench.ground.use.obstacle.empty() ? ""
                                            : "Wave optics does not apply: " + bench.ground.use.obstacle + ".";
 }
 
-// The same of terms.
 std::string why_no_surface(const ChartBench& bench) {
   if (!bench.ground.psd) return "No roughness is given: there is no rough surface to compare.";
   return bench.ground.all_scatters() ? "No frequency needs a term: there is no surface to compare."
                                      : why_not_in_light(bench);
 }
 
-// Largest |share - reference| / max(r dE/dr, 0.35) of encircled energies (PHYSICS 7).
+// |energy fraction - reference| / max(r dE/dr, 0.35) of encircled energies (PHYSICS 7).
 std::vector<double> light_errors(const Eigen::VectorXd& values, const Eigen::VectorXd& reference,
                                  const std::vector<Target>& aims) {
   std::vector<double> errors;
@@ -59,14 +57,14 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds) {
   bench.say("chart: theories");
   const RadialPsd& psd = *bench.ground.psd;
   const MeanSpot truth = GeneralisedHarveyShack(psd, task.mirror, task.aperture, task.wavelength).at_plane(0);
-  // Radii that hold these fractions, and what an error of the share there is over.
+  // Radii of these fractions, and the scales of their errors.
   const std::vector<double> fractions = {0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95};
   std::vector<double> radii, scales;
   for (const double fraction : fractions) {
     radii.push_back(truth.encircled_energy_radius(fraction));
     scales.push_back(std::max(radii.back() * truth.encircled_energy_slope(radii.back()), kFlattestCurve));
   }
-  // theory(): its curve, made anew.
+  // theory: makes the theory anew and returns its curve.
   const auto add = [&](const char* method, bool is_default, const auto& theory) {
     double worst = 0;
     const ChartTime time = measure_time(0.25 * seconds, [&] {
@@ -87,7 +85,7 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds) {
   };
   const bool light = bench.ground.use.theory == Theory::kGhs;
   add("aperture-exact", light, waves);
-  // What the scalar theory of small angles itself leaves out is its error, not zero.
+  // The aperture-exact theory has the error of the scalar theory of small angles, not zero.
   const TheoryError& own = *bench.ground.use.theory_error;
   set_errors({std::max(own.small_angle, own.beyond_ten_degrees)}, "its own neglect of large angles", 0,
              &family.rows.back());
@@ -103,15 +101,15 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds) {
 
 namespace {
 
-// The models' rows as they are made, with what each says of the surface.
+// The rows of the models as they are made, with the statistics of each.
 struct ModelRows {
   const ChartBench& bench;
   std::vector<Target> aims;
   std::vector<Statistic> statistics;
-  double each;  // time to measure a row in [s]
+  double each;  // time for one row [s]
   std::vector<ChartRow> rows = {};
   std::vector<Eigen::VectorXd> values = {};
-  std::size_t waves = 0;  // rows of waves, which come first
+  std::size_t waves = 0;  // number of rows of waves, which come first
 
   double cells_across(double pitch) const { return 2 * aperture_radius(bench.task.aperture) / pitch; }
   Eigen::VectorXd on_grid(double pitch) const {
@@ -130,7 +128,7 @@ struct ModelRows {
     return rows.back();
   }
   void add_waves(double pitch, const ChartClock& clock) {
-    // Pitches over the safe one, each grid with twice as many cells as the one before.
+    // Pitches over the safe one; each grid has twice as many cells as the one before.
     for (const double coarser : {4.0, 2.83, 2.0, 1.41, 1.0}) {
       if (waves > 0 && 3 * rows.back().seconds > clock.left()) break;
       ChartRow& row = add("waves", "cells across", std::round(cells_across(coarser * pitch)),
@@ -139,8 +137,8 @@ struct ModelRows {
       ++waves;
     }
   }
-  // From too few for any statistic to enough for a tenth of a percent; four times as many take four times as
-  // long and, as the root of their number, halve the error at least.
+  // The number of rays grows from too few for any statistic to enough for a tenth of a percent. Four times as
+  // many rays take four times as long and at least halve the error.
   void add_rays(const ChartClock& clock) {
     const PupilOptions& own = bench.task.trace.pupil;
     const std::int64_t wanted = own.rays.value_or(first_rays(bench.terms.size())), most = 262144;
@@ -153,14 +151,14 @@ struct ModelRows {
         return at.exact(bench.task, bench.coefficients, statistics, bench.threads, nullptr);
       });
       row.rays = at.pupil.size();
-      // The study's number, or the next that is charted.
+      // The study's number, or the next larger one in the chart.
       row.is_default = !taken && (rays >= wanted || rays == most);
       taken = taken || row.is_default;
     }
   }
-  // With a grid of twice the cells of the safe one. The error is of second order in the pitch, so there it is
-  // half of the safe grid's, and as large as what the two differ by; less than that where a coarser one was
-  // last.
+  // The reference grid has twice the cells of the safe one. The error is of second order in the pitch, so the
+  // reference has half the error of the safe grid, and the two differ by as much. A coarser last grid gives
+  // less.
   void compare(double safe_pitch) {
     bench.say("chart: waves, reference");
     const double pitch = std::sqrt(0.5) * safe_pitch;
@@ -200,7 +198,7 @@ ChartFamily chart_models(const ChartBench& bench, double seconds) {
 
 namespace {
 
-// Worst of what light says of a fitted surface, on the safe grid: every statistic of the verdict.
+// Largest error of a fitted surface by wave optics on the safe grid, over all statistics of the verdict.
 double worst_in_light(const FitCase& of, const Attempt& attempt) {
   const JudgedSet judged(in_light(of.targets.fitted), in_light(of.targets.held_out));
   const double pitch =
@@ -217,8 +215,7 @@ double worst_in_light(const FitCase& of, const Attempt& attempt) {
   return worst;
 }
 
-// Orders to chart: the one that a fit begins with, then lower and higher ones around it. Empty where a fit
-// begins with other terms than Zernikes.
+// Orders around the first one of a fit; empty where a fit does not begin with Zernikes.
 std::vector<int> orders_of(const ChartBench& bench) {
   const TermsSpec first = first_set(bench.task, bench.ground);
   if (first.automatic() || !first.zernike) return {};
@@ -238,7 +235,7 @@ TermsSpec zernikes_to(int order, const TermsSpec& asked) {
   return terms;
 }
 
-// Why no fit is charted; empty where fits are.
+// Returns why no fit is charted; empty where fits are.
 std::string why_no_fit(const ChartBench& bench) {
   if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || bench.ground.all_scatters() ||
       in_light(bench.targets.fitted).empty() || orders_of(bench).empty())
@@ -268,22 +265,22 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
     const char* method;
     FocusModel model;
     bool coarse_first;
-    double dearer;  // than what was timed last: another order, or the safe grid instead of a coarse one
+    double dearer;  // time over that of the last fit, for another order or the safe grid
   };
   for (const FitWay& way : {FitWay{"rays", FocusModel::kRays, false, 2},
                             FitWay{"waves, coarse grid first", FocusModel::kWaves, true, 2},
                             FitWay{"waves, safe grid alone", FocusModel::kWaves, false, 10}}) {
     const bool by_rays = way.model == FocusModel::kRays;
-    if (by_rays && split) continue;  // no fit goes that way
+    if (by_rays && split) continue;  // rays make no fit with scatter
     const Task& task = by_rays ? of_rays : bench.task;
-    // Targets of light, also where the study's own are of rays.
+    // Targets are those of wave optics, even where the study's own come from rays.
     const bool own = bench.ground.use.model == way.model && bench.ground.use.theory == Theory::kGhs;
     const Groundwork ground = own ? bench.ground : lay_groundwork(task, {{}, way.model});
     const TargetSets targets = own ? bench.targets : make_targets(task, ground, bench.threads);
     const FitCase of{task, ground, targets, context};
     if (way.coarse_first) last = 0;
     for (const int order : orders) {
-      // The study's own way is there however little time the other families have left.
+      // The study's own setting is always made, even without time left.
       const bool is_default = order == orders.front() && bench.ground.use.model == way.model &&
                               (way.coarse_first || way.model == FocusModel::kRays);
       if (!is_default && way.dearer * last > clock.left()) {

@@ -5,7 +5,6 @@ namespace {
 
 bool is_measured(const ChartRow& row) { return std::isfinite(row.error) && std::isfinite(row.seconds); }
 
-// Better in one, no worse in the other.
 bool dominates(const ChartRow& a, const ChartRow& b) {
   return a.error <= b.error && a.seconds <= b.seconds && (a.error < b.error || a.seconds < b.seconds);
 }

@@ -31,7 +31,6 @@ std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& gr
   }
 }
 
-/// One fit, set up as `fit` does it.
 class FirstIteration {
  public:
   FirstIteration(const FitCase& of, const TermPlan& plan, double coarsening)
@@ -47,17 +46,17 @@ class FirstIteration {
   Eigen::Index residuals() const {
     return Eigen::Index(of_.targets.fitted.size() + of_.targets.guides.size()) + spectrum_.value.size();
   }
-  /// Gradients of all residuals over the points and over the terms.
+  /// Memory of the gradients of all residuals over the points and over the terms.
   double bytes() const { return 8.0 * double(residuals()) * double(points() + plan_.terms.size()); }
 
-  /// A look at the draw on the points that the verdict takes first.
+  /// Judges the random surface on the points of the first verdict.
   void judge(CheckedCost* cost) const {
     const FocusModel model = of_.ground.use.model;
     const double fresh_pitch =
         model == FocusModel::kWaves
             ? wave_pitch(of_.task, plan_.terms, all_targets(of_.targets), of_.ground.split.get())
             : 0;
-    // An iteration on as many points takes longer than the look.
+    // An iteration on as many points would take longer than the judgement.
     const double more = fresh_pitch > 0 ? std::pow(bench_.pitch / fresh_pitch, 2) : 4;
     if (more * *cost->iteration_seconds > kLong) return;
     const FreshPupil pupil{model,
@@ -84,7 +83,7 @@ class FirstIteration {
     how.prior = of_.task.fit.prior;
     how.bound = of_.task.fit.bound_sigmas;
     how.threads = of_.context.threads;
-    how.stop_at = 0;  // whatever the draw meets, an iteration follows
+    how.stop_at = 0;  // makes at least one iteration
     double begin = 0;
     how.progress = [&](const FitProgress& p) {
       if (p.iteration == 0) {
@@ -94,14 +93,14 @@ class FirstIteration {
         return !cost->at_least && !of_.context.stopped();
       }
       cost->iteration_seconds = (p.seconds - begin) / p.iteration;
-      // A step that is rejected takes a fraction of one that is not: a mean of a few, where they are quick.
+      // A rejected step takes only part of the time of an accepted one; quick steps are therefore averaged.
       return p.iteration < 5 && p.seconds < 1 && !of_.context.stopped();
     };
     return calibrate(problem, draw(), how).status;
   }
 
  private:
-  // [s] What takes longer is left out: a check should take seconds.
+  // [s] Longer parts are left out, because a check should take seconds.
   static constexpr double kLong = 10;
 
   Eigen::VectorXd draw() const { return draw_white(plan_.prior.size(), of_.task.fit.seed); }
@@ -123,7 +122,7 @@ class FirstIteration {
   SpectrumTarget spectrum_;
 };
 
-// On the first grid where the draw has a pattern, as `fit` looks for it.
+// Cost on the first grid on which the random surface has a diffraction pattern, as in `fit`.
 CheckedCost checked_cost(const FitCase& of, const TermsSpec& asked) {
   CheckedCost cost;
   if (of.ground.all_scatters()) {
@@ -152,7 +151,7 @@ CheckedCost checked_cost(const FitCase& of, const TermsSpec& asked) {
       }
     }
     cost.bytes = peak_memory();
-  } catch (const ComputationError& error) {  // a grid finer than there is: `fit` will say so, too
+  } catch (const ComputationError& error) {  // no grid is fine enough; `fit` reports the same
     cost.obstacle = error.what();
   }
   return cost;

@@ -17,8 +17,8 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
     mark_rows(&family);
     chart.families.push_back(std::move(family));
   };
-  // What a user asks first: which model. A theory takes milliseconds, models share a fifth of the time, whole
-  // fits have half of what is left, cuts the rest.
+  // The most important question comes first: which model. A theory takes milliseconds, models a fifth of the
+  // time, whole fits half of the rest, and cuts what is left.
   append(chart_theories(bench, 0.01 * budget));
   append(chart_models(bench, 0.2 * budget));
   append(chart_fits(bench, 0.5 * clock.left()));

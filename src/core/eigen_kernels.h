@@ -3,18 +3,17 @@
 
 namespace aberfit::internal {
 
-/// Eigen's dense products and decompositions compiled for one instruction set; matrices column after column,
-/// without gaps. Eigen picks its vectors when it is compiled, so that what the whole library includes is
-/// SSE2: these are a third of the time. Each set has Eigen in a namespace of its own, lest the linker give
-/// one set's code to another.
+/// Eigen's dense products and decompositions for one instruction set. Matrices are column-major without gaps.
+/// Eigen chooses its vectors at compile time, so the rest of the library gets SSE2; these take a third of the
+/// time. Each set has Eigen in its own namespace, so that the linker cannot mix the code of two sets.
 struct EigenKernels {
-  /// Of n x n, the lower half read: values ascending, vectors in columns.
+  /// Ascending eigenvalues, and eigenvectors in columns, of n x n; only the lower half is used.
   void (*symmetric_eigen)(long n, const double* matrix, double* values, double* vectors);
   /// L of L L^T, zero above the diagonal; false where the matrix is not positive definite.
   bool (*cholesky)(long n, const double* matrix, double* lower);
   /// L^-1 right or L^-T right in place, n x columns.
   void (*solve_lower)(long n, const double* lower, bool transposed, long columns, double* right);
-  /// The upper min(rows, columns) x columns of the triangle of Householder's QR.
+  /// The upper min(rows, columns) x columns part of the triangle of Householder's QR.
   void (*qr_triangle)(long rows, long columns, const double* matrix, double* triangle);
   /// A B or A^T B: rows x inner (or inner x rows) times inner x columns.
   void (*product)(bool transposed, long rows, long inner, long columns, const double* a, const double* b,

@@ -29,7 +29,7 @@ void* aligned_memory(std::size_t bytes) {
   void* const memory = std::aligned_alloc(boundary, whole);
   if (!memory) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-  // Of what is wanted: behind it a page is no larger than need be. Advice: without it, all is as before.
+  // Only whole pages inside the block. This is advice; without it everything works.
   if (large) madvise(memory, bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
 #endif
   return memory;

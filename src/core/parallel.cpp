@@ -11,7 +11,7 @@
 namespace aberfit {
 namespace {
 
-// A body that is itself in a team works alone: the team already has the threads that were asked for.
+// A nested call runs its loop alone, because the outer one already uses all requested threads.
 thread_local bool in_team = false;
 
 class InTeam {
@@ -22,9 +22,9 @@ class InTeam {
 
 }  // namespace
 
-// Threads are started per call and joined at its end: tens of microseconds beside bodies of milliseconds, and
-// nobody spins while waiting. An OpenMP team does (libgomp, unless OMP_WAIT_POLICY says otherwise before the
-// program starts), which on a busy machine costs ten times the work.
+// Each call starts its threads and joins them: tens of microseconds, against bodies of milliseconds, and no
+// thread spins. An OpenMP team does spin (libgomp, unless OMP_WAIT_POLICY is set before the program starts),
+// which costs ten times the work on a busy machine.
 void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
   const std::size_t team = in_team ? 1 : std::min(std::size_t(std::max(threads, 1)), count);
   if (team <= 1) {
@@ -33,7 +33,7 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
   }
   std::atomic<std::size_t> next = 0;
   std::exception_ptr failure;  // an exception must not leave a thread
-  std::size_t failed = count;  // the first body of those that threw
+  std::size_t failed = count;  // index of the first body that threw
   std::mutex failure_mutex;
   const auto work = [&] {
     const InTeam mark;
@@ -52,7 +52,7 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
     try {
       while (others.size() < team - 1) others.emplace_back(work);
     } catch (const std::system_error&) {
-      // The system gives no more threads: those there are do the work.
+      // The system has no more threads; the existing ones do the work.
     }
     work();
   }

@@ -14,9 +14,8 @@ struct LegendreZeros {
   std::vector<double> zeros, derivatives;
 };
 
-// Rules are asked for by the thousand and differ in their ends alone: without this two thirds of the time
-// that theory takes for a scene goes into zeros it has found before. Few orders are in use; those of the
-// first are kept.
+// Thousands of rules differ only in their ends. Without this cache the zeros would take two thirds of the
+// time of the theory. Few orders are in use; the first ones are kept.
 std::shared_ptr<const LegendreZeros> legendre_zeros(int n) {
   constexpr std::size_t kMostKept = 200;
   static std::mutex mutex;

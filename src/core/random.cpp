@@ -11,7 +11,7 @@
 namespace aberfit {
 namespace {
 
-// FNV-1a, so that streams of different names never share a key.
+// FNV-1a gives streams of different names different keys.
 std::uint64_t name_hash(std::string_view name) {
   std::uint64_t hash = 14695981039346656037ull;
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
@@ -22,7 +22,7 @@ r123::Philox4x64::ctr_type block(const std::array<std::uint64_t, 2>& key, std::u
   return r123::Philox4x64()({{index, 0, 0, 0}}, {{key[0], key[1]}});
 }
 
-// 53 bits at the centres of their cells: never 0, never 1.
+// 53 bits at the centres of their intervals: never 0, never 1.
 double open_unit(std::uint64_t bits) { return (double(bits >> 11) + 0.5) * 0x1p-53; }
 
 }  // namespace

@@ -17,9 +17,8 @@
 namespace aberfit {
 namespace {
 
-// A unit is factor * 10^exponent10 SI units. The power of ten is kept apart so that "632.8 nm" becomes the
-// double nearest to 632.8e-9 (the exponent is added to the text before it is converted), the same number a
-// program would write.
+// A unit is factor * 10^exponent10 SI units. The power of ten is separate so that "632.8 nm" becomes the
+// double nearest to 632.8e-9, as in a program: the exponent is added to the text before conversion.
 struct Unit {
   double factor = 1;
   int exponent10 = 0;
@@ -30,22 +29,21 @@ struct NamedUnit {
   Unit unit;
 };
 
-constexpr NamedUnit kLengths[] = {
-    {"pm", {1, -12}},
-    {"nm", {1, -9}},
-    {"um", {1, -6}},
-    {"\u00b5m", {1, -6}},
-    {"\u03bcm", {1, -6}},
-    {"mm", {1, -3}},
-    {"cm", {1, -2}},
-    {"m", {1, 0}},
-    {"km", {1, 3}},
-    {"in", {254, -4}},
-    // The letter A with ring in one character, in two, and the sign of the unit.
-    {"\u00c5", {1, -10}},
-    {"A\u030a", {1, -10}},
-    {"\u212b", {1, -10}}};
-// Words, unlike symbols, are written in any case, singular or plural.
+constexpr NamedUnit kLengths[] = {{"pm", {1, -12}},
+                                  {"nm", {1, -9}},
+                                  {"um", {1, -6}},
+                                  {"\u00b5m", {1, -6}},
+                                  {"\u03bcm", {1, -6}},
+                                  {"mm", {1, -3}},
+                                  {"cm", {1, -2}},
+                                  {"m", {1, 0}},
+                                  {"km", {1, 3}},
+                                  {"in", {254, -4}},
+                                  // The letter A with ring as one character, as two, and the unit sign.
+                                  {"\u00c5", {1, -10}},
+                                  {"A\u030a", {1, -10}},
+                                  {"\u212b", {1, -10}}};
+// Words may be in any case, singular or plural; symbols may not.
 constexpr NamedUnit kLengthWords[] = {{"angstrom", {1, -10}},
                                       {"\u00e5ngstr\u00f6m", {1, -10}},
                                       {"\u00c5ngstr\u00f6m", {1, -10}},
@@ -86,7 +84,7 @@ constexpr NamedUnit kAngleWords[] = {{"radian", {1, 0}},
                                      {"arcsecond", {kDegree / 3600, 0}}};
 constexpr NamedUnit kTimes[] = {{"s", {1, 0}}, {"min", {60, 0}}, {"h", {3600, 0}}};
 constexpr NamedUnit kFractions[] = {{"%", {1, -2}}, {"ppm", {1, -6}}};
-// A cycle counts 1: these words carry no factor (and no 2 pi).
+// A cycle counts 1: these words have no factor (and no 2 pi).
 constexpr std::string_view kCycles[] = {"cycles", "cycle", "cy", "lp", "1"};
 
 std::optional<Unit> find(std::span<const NamedUnit> units, std::string_view name) {
@@ -111,12 +109,11 @@ std::optional<Unit> find_angle(std::string_view name) {
   return symbol ? symbol : find_word(kAngleWords, name);
 }
 
-// number * 10^shift, rounded once: the shift goes into the decimal text. Digits as std::from_chars accepts
-// them.
+// number * 10^shift, rounded once: the shift goes into the text. Digits must suit std::from_chars.
 double scaled_number(std::string_view digits, int shift) {
   const std::size_t e = digits.find_first_of("eE");
   int exponent = 0;
-  constexpr int kMost = 1'000'000'000;  // of a zero any exponent is allowed, and the sum must not overflow
+  constexpr int kMost = 1'000'000'000;  // a zero may have any exponent, and the sum must not overflow
   if (e != std::string_view::npos) {
     std::size_t begin = e + 1;
     if (begin < digits.size() && digits[begin] == '+') ++begin;
@@ -135,7 +132,7 @@ class UnitExpression {
  public:
   explicit UnitExpression(std::string_view text) : text_(text) {}
 
-  // The unit, when the whole text is an expression of metres to the given power and a number can hold it.
+  // The unit, if the text is an expression of metres to this power and its factor fits into a double.
   std::optional<Unit> of_length_power(int power) {
     Term term;
     if (!expression(&term, 0) || position_ != text_.size() || term.length_power != power) return std::nullopt;
@@ -150,7 +147,7 @@ class UnitExpression {
     int length_power = 0;
   };
 
-  // False for a product beyond any unit that is written, before an int overflows.
+  // False, before an int overflows, for a product beyond every real unit.
   static bool multiply(Term* product, const Term& term, int power) {
     product->unit.factor *= std::pow(term.unit.factor, power);
     product->unit.exponent10 += power * term.unit.exponent10;
@@ -275,11 +272,10 @@ const char* dimension_name(Dimension dimension) { return kDimensionNames[std::si
 
 struct Prefix {
   const char* name;
-  double scale;  // SI units in one
+  double scale;  // SI units in one prefixed unit
 };
 
-// Largest prefix whose number is at least 1 once it is rounded to the digits shown, the smallest prefix for
-// anything below.
+// Uses the largest prefix whose rounded number is at least 1, or the smallest prefix.
 std::string with_prefix(double value, std::span<const Prefix> ascending) {
   const double shown = std::abs(scaled_number(fmt::format("{:.3e}", value), 0));
   const Prefix* best = &ascending.front();
@@ -291,7 +287,7 @@ std::string with_prefix(double value, std::span<const Prefix> ascending) {
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
-// "nm2_mm2", "per_mm", "mm-1" with the signs that a unit has: "nm^2 mm^2", "/mm", "mm^-1".
+// Turns "nm2_mm2", "per_mm", "mm-1" into units with signs: "nm^2 mm^2", "/mm", "mm^-1".
 std::string with_signs(std::string_view text) {
   std::string unit;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -326,7 +322,7 @@ std::string unit_of_column(std::string_view name, Dimension dimension) {
     candidates.push_back(name.substr(sign + 1));
   for (const std::string_view candidate : candidates) {
     std::string unit = with_signs(candidate);
-    // "PSD in um^3": the preposition, not inches.
+    // In "PSD in um^3" the word is the preposition, not inches.
     if (unit.starts_with("in ")) unit = std::string(trimmed(std::string_view(unit).substr(3)));
     if (!unit.empty() && find_unit(unit, dimension)) return unit;
   }
@@ -386,7 +382,7 @@ std::string format_quantity(double value, Dimension dimension) {
     if (dimension == Dimension::kAngle) return with_prefix(value, kAnglePrefixes);
     if (dimension == Dimension::kSpatialFrequency) return with_prefix(value, kFrequencyPrefixes);
   }
-  // In the order of Dimension; PSDs in the units optical metrology plots them in.
+  // In the order of Dimension; PSDs in the usual units of optical metrology.
   static constexpr Prefix kShownIn[] = {{" m", 1},           {" rad", 1},           {" /m", 1}, {" %", 1e-2},
                                         {" nm^2 mm", 1e-21}, {" nm^2 mm^2", 1e-24}, {"", 1},    {" s", 1}};
   const Prefix& in = kShownIn[std::size_t(dimension)];

@@ -9,9 +9,9 @@ namespace {
 using Eigen::Index;
 using Mask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-constexpr Index kReach = 2;  // cells that a closing bridges to each side
+constexpr Index kReach = 2;  // grid cells that a closing bridges to each side
 
-// Cells with a marked one at most kReach rows and columns away; beyond the border there are none.
+// Grid cells with a marked one at most kReach rows and columns away; none exist beyond the border.
 Mask dilated(const Mask& mask) {
   Mask across = Mask::Constant(mask.rows(), mask.cols(), false), both = across;
   for (Index d = -kReach; d <= kReach; ++d) {
@@ -36,7 +36,7 @@ Eigen::ArrayXd area_weights(const HeightMap& map, const std::vector<Index>& know
   const Index rows = map.rows(), columns = map.columns();
   Mask has_point = Mask::Constant(rows, columns, false);
   for (const Index at : known) has_point.data()[at] = true;
-  // Closing: dilation, then erosion, which is the dilation of what is left over.
+  // Closing is dilation, then erosion; erosion is the dilation of the complement.
   const Mask closed = !dilated(!dilated(has_point));
 
   Grid weight = Grid::Ones(rows, columns);

@@ -19,15 +19,14 @@ using namespace internal;
 
 namespace {
 
-// A coarse solve that is this many tolerances away leaves the rest to the finer kernel: its own smoothing and
-// the few rays that tell the two apart are of that size. With 3 for 0 a fit of five statistics to 1e-3 takes
-// 3.4 for 4.5 iterations.
+// A coarse solve stops at this many tolerances and leaves the rest to the finer kernel. Its own smoothing,
+// and the few rays that distinguish the two kernels, cause errors of that size.
 constexpr double kCoarseStop = 3;
-// What a prior standard deviation has to move a statistic by, relative to its value, in order not to be
-// damped in the first step; see first_radius.
+// Relative effect of one prior standard deviation on a statistic above which a step is not damped; see
+// first_radius.
 constexpr double kDamped = 1e-2;
 
-// Residuals, in tolerances per prior standard deviation, that this and less is rounding in.
+// Residuals, in tolerances per prior standard deviation, at or below which rounding dominates.
 constexpr double kStationary = 1e-6;
 
 // Weight times xi - xi0 of one block.
@@ -51,8 +50,7 @@ class PriorResiduals : public ceres::CostFunction {
   double weight_;
 };
 
-// Largest residual of the targets and PSD bins, and of the guides between them over `guides_within` unless
-// that is 0.
+// Largest residual of the targets and PSD bins, and of the guides over `guides_within` unless that is 0.
 double worst_mismatch(const FitProblem& problem, const CalibrationResiduals& residuals,
                       double guides_within) {
   const Eigen::VectorXd& last = residuals.last().residuals;
@@ -66,11 +64,10 @@ double worst_mismatch(const FitProblem& problem, const CalibrationResiduals& res
   return worst;
 }
 
-// Counts iterations, reports progress, hears a wish to cancel, and ends a solve as soon as every statistic is
-// within tolerance.
+// Counts iterations, reports progress, accepts a cancellation, and ends a solve within tolerance.
 class Watch : public ceres::IterationCallback {
  public:
-  // step_by_step: every call of the solver ends after the first step that it takes.
+  // step_by_step: every call of the solver ends after its first accepted step.
   Watch(const FitProblem& problem, const CalibrationResiduals& residuals, const FitOptions& options,
         double stop_at, int solve, int iterations_before, bool step_by_step,
         std::chrono::steady_clock::time_point begin)
@@ -85,7 +82,7 @@ class Watch : public ceres::IterationCallback {
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     const bool first = summary.iteration == 0;
-    if (first && reported_) return ceres::SOLVER_CONTINUE;  // where the last call has ended
+    if (first && reported_) return ceres::SOLVER_CONTINUE;  // the point where the last call ended
     reported_ = true;
     iterations_ += first ? 0 : 1;
     ended_ = is_over(summary.cost);
@@ -104,7 +101,7 @@ class Watch : public ceres::IterationCallback {
       cancelled_ = !options_.progress({iterations_, cost, mismatch, elapsed.count(), solve_});
     }
     if (cancelled_ || mismatch <= stop_at_) return true;
-    // All tolerances met but `stop_at` not in sight: the rest is creeping along the prior.
+    // All tolerances are met but `stop_at` is not near: the rest is creeping along the prior.
     if (mismatch < (1 - kWorthwhile) * best_) {
       best_ = mismatch;
       since_best_ = 0;
@@ -122,16 +119,15 @@ class Watch : public ceres::IterationCallback {
   bool step_by_step_;
   std::chrono::steady_clock::time_point begin_;
   bool reported_ = false, ended_ = false, cancelled_ = false;
-  static constexpr double kWorthwhile = 0.1;  // share by which the worst mismatch has to fall
-  static constexpr int kPatience = 5;         // iterations in which it has to
+  static constexpr double kWorthwhile = 0.1;  // fraction by which the worst mismatch has to fall
+  static constexpr int kPatience = 5;         // in this many iterations
   double best_ = std::numeric_limits<double>::infinity();
   int since_best_ = 0;
 };
 
-// First trust region radius, one over the damping of a squared singular value of the Jacobian. Undamped, the
-// first steps go far along combinations of statistics that the coefficients hardly move, such as the
-// difference of neighbouring radii, where the linearisation is mostly sampling noise: 15 iterations instead
-// of 4 (228 terms, 15,000 rays, tolerance 1e-3).
+// First trust region radius, one over the damping of a squared singular value of the Jacobian. Without
+// damping, the first steps go far along combinations of statistics that the coefficients hardly affect, such
+// as the difference of neighbouring radii. The linearisation there is mostly sampling noise.
 double first_radius(const FitProblem& problem) {
   double tolerance = std::numeric_limits<double>::infinity();
   for (const Target& target : problem.targets)
@@ -141,7 +137,7 @@ double first_radius(const FitProblem& problem) {
   return std::isfinite(tolerance) ? std::pow(tolerance / kDamped, 2) : 1;
 }
 
-// The cost functions of a problem stay their owner's.
+// The cost functions of a problem stay with their owner.
 ceres::Problem::Options borrowing() {
   ceres::Problem::Options options;
   options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -150,27 +146,26 @@ ceres::Problem::Options borrowing() {
 
 ceres::Solver::Options solver_options(const FitProblem& problem) {
   ceres::Solver::Options options;
-  options.jacobi_scaling = false;  // the problem is whitened already
+  options.jacobi_scaling = false;  // the problem is already whitened
   options.function_tolerance = 1e-9;
   options.gradient_tolerance = 1e-14;
   options.parameter_tolerance = 1e-10;
   options.logging_type = ceres::SILENT;
-  // One damping for all directions: they turn at every step, and the prior has made them alike.
+  // All directions have the same damping, because they turn at every step and the prior has scaled them.
   options.min_lm_diagonal = options.max_lm_diagonal = 1;
   options.initial_trust_region_radius = first_radius(problem);
   return options;
 }
 
-// All white coordinates as unknowns, with bounds on them. Moves `white`.
+// Solves for all white coordinates with bounds. Changes `white`.
 ceres::Solver::Summary solve_bounded(CalibrationResiduals* residuals, const Eigen::VectorXd& centre,
                                      const FitOptions& how, ceres::Solver::Options options,
                                      Eigen::VectorXd* white) {
-  // Identity plus low rank: conjugate gradients end after about as many steps as there are statistics,
-  // whatever the number of terms.
+  // For identity plus low rank, conjugate gradients need about as many steps as there are statistics.
   options.linear_solver_type = ceres::CGNR;
   options.preconditioner_type = ceres::IDENTITY;
   options.max_linear_solver_iterations = 300;
-  options.eta = 1e-3;  // a step costs far less than the Jacobian it uses: solve it well
+  options.eta = 1e-3;  // a step costs far less than the Jacobian, so it is solved accurately
 
   ceres::Problem ceres_problem(borrowing());
   std::vector<std::unique_ptr<PriorResiduals>> priors;
@@ -193,10 +188,10 @@ ceres::Solver::Summary solve_bounded(CalibrationResiduals* residuals, const Eige
   return summary;
 }
 
-// Levenberg-Marquardt in the span of the residuals' gradients, which turns at every step: span the gradients
-// at the surface, let the solver damp until a step lowers the cost (there it evaluates and linearises, once
-// each; a second linearisation of the same surface is remembered), and go on from there with the damping that
-// this took, until `watch` or the solver's tolerances end it. Moves `white`.
+// Levenberg-Marquardt in the span of the residuals' gradients, which changes at every step. Changes `white`.
+// The gradients span the space at the surface, and the solver damps until a step lowers the cost. The solve
+// continues there with that damping, until `watch` or the solver's tolerances end it. Each accepted surface
+// is evaluated and linearised once; a repeated request is answered from memory.
 ceres::Solver::Summary solve_in_spans(const FitProblem& problem, const CalibrationResiduals& residuals,
                                       const Eigen::VectorXd& centre, const FitOptions& how,
                                       ceres::Solver::Options options, const Watch& watch,
@@ -217,14 +212,14 @@ ceres::Solver::Summary solve_in_spans(const FitProblem& problem, const Calibrati
     *white = residuals.last().white;
     if (watch.ended() || summary.termination_type != ceres::USER_SUCCESS) return summary;
     options.initial_trust_region_radius = summary.iterations.back().trust_region_radius;
-    // Most steps from the start are refused, for whole radii that are off and not for a bend: they are
+    // Most steps from the start fail because whole radii are wrong, not because of curvature; they are
     // straight.
     bends = how.accelerate && smooth_by_itself(problem.light.model);
   }
 }
 
-// Tolerances beyond which the solver's own convergence is no solution: prior and targets that pull against
-// each other hold a fit at a few of them.
+// Tolerances beyond which the solver's own convergence is no solution. Prior and targets that oppose each
+// other hold a fit at a few of them.
 constexpr double kFarOff = 10;
 
 struct Solve {
@@ -232,7 +227,7 @@ struct Solve {
   std::string message;
 };
 
-// One solve from result->white, which it moves, to `stop_at` of the tolerances.
+// One solve from result->white, which it changes, to `stop_at` times the tolerances.
 Solve solve_once(const FitProblem& problem, CalibrationResiduals& residuals, const Eigen::VectorXd& centre,
                  const FitOptions& options, double stop_at, int number,
                  std::chrono::steady_clock::time_point begin, FitResult* result) {
@@ -279,7 +274,7 @@ void check_spectrum(const FitProblem& problem) {
   check(problem.spectrum_tolerance, "spectrum_tolerance");
 }
 
-// Half the squares of the target residuals at the start; why not, where a block has no derivative there.
+// Half the squares of the target residuals at the start, or the reason why a block has no derivative there.
 struct StartCost {
   double value = 0;
   std::string trouble;
@@ -292,8 +287,7 @@ StartCost start_cost(const FitProblem& problem, const CalibrationResiduals& resi
   if (!focus && !spectrum) cost.trouble = "there is nothing to fit: neither targets nor guides nor PSD bins";
   WhiteResiduals::Linearisation here;
   if (focus) {
-    // The spot of a diffracting perfect mirror exists, but a pattern is at its best there: to first order
-    // nothing changes.
+    // The spot of a perfect mirror exists, but its pattern is at an optimum: to first order nothing changes.
     const bool perfect = smooth_by_itself(problem.light.model) && start.isZero(0);
     if (!focus->linearise(start, perfect, &here))
       cost.trouble = fmt::format("at the start, {}{}", focus->forward().trouble(),
@@ -319,7 +313,7 @@ StartCost start_cost(const FitProblem& problem, const CalibrationResiduals& resi
 }  // namespace
 
 std::string to_string(FitStatus status) {
-  // As the enum has them.
+  // In the order of the enum.
   constexpr const char* kWords[] = {"not_run",    "converged", "not_converged",
                                     "degenerate", "cancelled", "failed"};
   return kWords[int(status)];
@@ -354,7 +348,7 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
   const Eigen::VectorXd centre =
       options.prior == PriorMode::kNearStart ? start : Eigen::VectorXd::Zero(start.size()).eval();
 
-  // What smooths by itself needs no coarse kernel first.
+  // A model that smooths by itself needs no coarse kernel first.
   const std::size_t first = smooth_by_itself(problem.light.model) ? options.smoothing.size() - 1 : 0;
   CalibrationResiduals residuals(problem, options.smoothing[first] * problem.focal_sigma, options.threads);
   const StartCost cost = start_cost(problem, residuals, start);
@@ -374,7 +368,7 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
     result.status = solve.status;
     result.message = solve.message;
     if (solve.status == FitStatus::kFailed || solve.status == FitStatus::kCancelled) break;
-    if (!residuals.focus()) break;  // the spectrum knows no smoothing
+    if (!residuals.focus()) break;  // the spectrum has no smoothing
   }
   result.coefficients = problem.prior.colour(result.white);
   const WhiteResiduals::Linearisation& last = residuals.last();

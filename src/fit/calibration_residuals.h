@@ -5,13 +5,12 @@
 
 namespace aberfit::internal {
 
-/// All residuals that a calibration knows of the surface: of the targets, of the guides, then of the PSD
-/// bins.
+/// All surface residuals of a calibration: of the targets, of the guides, then of the PSD bins.
 class CalibrationResiduals : public WhiteResiduals {
  public:
   CalibrationResiduals(const FitProblem& problem, double width, int threads);
   bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const override;
-  /// Smoothing width [m] from now on.
+  /// Sets the smoothing width [m].
   void set_width(double width);
 
   const FocusResiduals* focus() const { return focus_.get(); }           ///< null without targets and guides

@@ -123,7 +123,7 @@ bool SpectrumResiduals::linearise(const Eigen::VectorXd& white, bool with_jacobi
   const Eigen::ArrayXd tolerance = problem_.spectrum_tolerance;
   result->residuals = (bins / problem_.spectrum_target.array()).log() / tolerance;
   if (with_jacobian) {
-    // d log S = dS / S;
+    // d log S = dS / S
     result->jacobian.resize(bins.size(), white.size());
     for (Eigen::Index b = 0; b < bins.size(); ++b)
       result->jacobian.row(b) =

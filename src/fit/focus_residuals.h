@@ -8,26 +8,24 @@
 
 namespace aberfit::internal {
 
-/// Residuals x terms, one statistic after the other: an adjoint pass fills a row.
+/// Residuals x terms, row by row, because an adjoint pass fills a row.
 using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Sizes of the parameter blocks that the white coordinates are cut into: small enough that the prior's
-/// identity stays sparse, so that a CGNR step costs (residuals + kBlock) x terms.
+/// Sizes of the parameter blocks of the white coordinates. They are small enough to keep the prior's identity
+/// sparse, so that a CGNR step costs (residuals + kBlock) x terms.
 std::vector<int> white_block_sizes(Eigen::Index terms);
 
-/// White coordinates to statistics of the surface, with exact derivatives: xi -> F xi -> forward model of the
-/// problem's model. Remembers the last point: a solver asks for the derivatives where it has just asked for
-/// the values. For one caller at a time.
+/// White coordinates to statistics of the surface, with exact derivatives: xi -> F xi -> forward model. It
+/// remembers the last point, where a solver requests values and then derivatives. For one caller at a time.
 class StatisticsModel {
  public:
   StatisticsModel(const FitProblem& problem, double width,
                   int threads);  ///< statistics: targets, then guides
 
-  /// Statistics at `white`; `jacobian` (statistics x terms), when given, gets their derivatives. False when
-  /// one does not exist.
+  /// Statistics at `white`; optionally their derivatives (statistics x terms). False when one does not exist.
   bool operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values, Jacobian* jacobian);
 
-  /// Smoothing width [m] from now on.
+  /// Sets the smoothing width [m].
   void set_width(double width);
   const ForwardModel& forward() const { return *forward_; }
 
@@ -36,42 +34,40 @@ class StatisticsModel {
   double width_;
   DiffractionWorkspace workspace_;
   std::unique_ptr<ForwardModel> forward_;
-  // The last point: moved to where `white_` is not empty, evaluated where `evaluated_` says so.
+  // The last point: moved to unless `white_` is empty, evaluated if `evaluated_`.
   Eigen::VectorXd white_;
   bool evaluated_ = false, exists_ = false;
   Eigen::VectorXd values_;
 };
 
-/// Residuals of the white coordinates as one Ceres cost over all white blocks. Remembers values, residuals
-/// and Jacobian of the last point at which derivatives were asked for: that is the accepted point when an
-/// iteration of the solver ends.
+/// Residuals of the white coordinates as one Ceres cost over all white blocks. It remembers the last point
+/// with derivatives, which is the accepted point at the end of a solver iteration.
 class WhiteResiduals : public ceres::CostFunction {
  public:
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
   struct Linearisation {
-    Eigen::VectorXd white;   ///< the point
-    Eigen::VectorXd values;  ///< what is compared with the targets: smooth statistics, PSD bins [m^4]
+    Eigen::VectorXd white;
+    Eigen::VectorXd values;  ///< compared with the targets: smooth statistics, PSD bins [m^4]
     Eigen::VectorXd residuals;
     Jacobian jacobian;  ///< of the residuals
   };
-  /// Residuals at `white` into `residuals`; with the Jacobian the point is remembered, and costs nothing when
-  /// asked for again. False where they do not exist.
+  /// Writes the residuals at `white`. With the Jacobian, the point is remembered and a repeated request costs
+  /// nothing. False where they do not exist.
   bool evaluate(const Eigen::VectorXd& white, bool with_jacobian, double* residuals) const;
   const Linearisation& last() const { return last_; }
   int evaluations() const { return evaluations_; }  ///< number of points, each counted once
 
-  /// Values and residuals at `white` and, when asked for, the residuals' Jacobian, without a memory. False
-  /// where they do not exist.
+  /// Values, residuals and optionally the Jacobian at `white`, without memory. False where they do not exist.
   virtual bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const = 0;
 
  protected:
   WhiteResiduals(int residuals, Eigen::Index terms);
-  /// The residuals are others from now on: the remembered point has to be evaluated anew.
+  /// Discards the remembered point after a change of the residuals.
   void forget() { last_.white.resize(0); }
 
  private:
-  mutable Linearisation here_, last_;  // exchanged, so that neither's memory is lost
+  mutable Linearisation here_, last_;  // swapped, so that both keep their storage
   mutable Eigen::VectorXd seen_;
   mutable int evaluations_ = 0;
 };
@@ -81,18 +77,16 @@ class FocusResiduals : public WhiteResiduals {
  public:
   FocusResiduals(const FitProblem& problem, double width, int threads);
   bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const override;
-  /// Smoothing width [m] from now on.
+  /// Sets the smoothing width [m].
   void set_width(double width) { model_.set_width(width); }
   const ForwardModel& forward() const { return model_.forward(); }
 
  private:
-  std::vector<Target> targets_;  // with the guides behind them
-  mutable StatisticsModel
-      model_;  // Ceres evaluates constant cost functions; the memory is no part of the value
+  std::vector<Target> targets_;    // followed by the guides
+  mutable StatisticsModel model_;  // mutable because Ceres evaluates const cost functions
 };
 
-/// log(S_b / T_b) / tolerance_b of the surface's own PSD bins. False where a bin is not positive: there its
-/// logarithm has no value.
+/// log(S_b / T_b) / tolerance_b of the surface's own PSD bins. False where a bin is not positive.
 class SpectrumResiduals : public WhiteResiduals {
  public:
   explicit SpectrumResiduals(const FitProblem& problem);

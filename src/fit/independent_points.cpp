@@ -13,11 +13,11 @@ namespace {
 using Eigen::Index;
 
 struct Lag {
-  Index rows = 0, columns = 0;  // rows >= 0: the other half has the same products
+  Index rows = 0, columns = 0;  // rows >= 0: the other half plane has the same products
   double angle = 0;
 };
 
-// Lags looked at per ring of the half plane; the others of a ring are taken to be like them.
+// Number of lags per ring of the half plane; the others of a ring are assumed to be alike.
 constexpr std::size_t kDirections = 24;
 
 // Lags of the half plane at a distance that rounds to `ring` units, by angle.
@@ -54,7 +54,7 @@ double correlated_neighbours(const Grid& residual, double pitch_x, double pitch_
   double total = 1;
   for (int ring = 0; ring <= last; ++ring) {
     const std::vector<Lag> lags = lags_of(ring, unit, pitch_x, pitch_y);
-    if (lags.empty()) continue;  // ring 0, but for pitches of which one is twice the other and more
+    if (lags.empty()) continue;  // ring 0, unless one pitch is at least twice the other
     const std::size_t looked_at = std::min(lags.size(), kDirections);
     std::vector<double> products(looked_at);
     parallel_for(looked_at, threads, [&](std::size_t i) {

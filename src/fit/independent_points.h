@@ -3,12 +3,12 @@
 
 namespace aberfit::internal {
 
-/// How many neighbours share one residual: the sum of its autocorrelation over the lags between points, from
-/// lag 0 (which gives 1) outwards ring by ring to the ring where its mean is no longer positive.
-/// residual: 0 where there is no point, so that the sum of products over a lag, divided by the sum of
-/// squares, is correlation times the share of points that have a partner there: holes and edges are allowed
-/// for. Error: the autocorrelation of residuals is low by about terms / (independent points) of the variance,
-/// as the fit takes part of the noise along; a correlation that reaches beyond a first zero (ripples) is cut.
+/// Number of neighbours that share one residual: the sum of its autocorrelation over the lags between points,
+/// from lag 0 (which gives 1) outwards to the ring where its mean is no longer positive. residual: 0 where
+/// there is no point. The sum of products over a lag, divided by the sum of squares, then allows for holes
+/// and edges: it is the correlation times the fraction of points with a partner. Error: the autocorrelation
+/// of residuals is low by about terms / (independent points) of the variance, as the fit removes part of the
+/// noise. Correlation beyond the first zero (ripples) is cut off.
 double correlated_neighbours(const Grid& residual, double pitch_x, double pitch_y, int threads);
 
 }  // namespace aberfit::internal

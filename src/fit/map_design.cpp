@@ -1,7 +1,7 @@
-// Rows of the design come from one SurfaceOperator per term and block of points: a single term costs one
+// Rows of the design come from one SurfaceOperator per term and block of points. A single term costs one
 // recurrence up to its own order, so that a block of P terms costs about P n_max / 4 term-points. One
-// operator of all terms applied to P unit vectors would cost P^2, and zernike() point by point is a scalar
-// loop. Measured (release, one thread, AVX-512): 122,725 points in 0.10 s for 36 terms, 1.5 s for 231.
+// operator of all terms applied to P unit vectors would cost P^2. Measured (release, one thread, AVX-512):
+// 122,725 points in 0.10 s for 36 terms, 1.5 s for 231.
 #include "map_design.h"
 
 #include <algorithm>
@@ -20,10 +20,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Singular values below this share of the largest are rounding of the basis, not information.
+// Singular values below this fraction of the largest are rounding of the basis.
 constexpr double kNumericalRank = 1e-12;
 constexpr Index kBlockPoints = 1024;
-// Blocks whose triangles are held at a time; they are stacked in order, whoever computed them.
+// Number of blocks whose triangles are kept at a time; they are stacked in a fixed order for any thread
+// count.
 constexpr Index kWaveBlocks = 16;
 
 // Rows begin .. begin + size of the weighted A.
@@ -45,8 +46,7 @@ MatrixXd design_of(const TermSet& terms, const MapPoints& points, Index begin, I
   return design;
 }
 
-// R of [A | further | height] (Demmel, Grigori, Hoemmen & Langou 2012, TSQR): triangles of blocks, stacked
-// and reduced.
+// R of [A | further | height] by triangles of blocks (Demmel, Grigori, Hoemmen & Langou 2012, TSQR).
 MatrixXd factor_of(const TermSet& terms, const TermSet& further, const MapPoints& points, int threads) {
   const Index columns = terms.size() + further.size() + 1, block_points = std::max(kBlockPoints, 4 * columns);
   const Index blocks = (points.size() + block_points - 1) / block_points;
@@ -79,7 +79,7 @@ VectorXd column_norms(const TermSet& terms, const MapPoints& points, int threads
   return squares.rowwise().sum().cwiseSqrt();
 }
 
-// A column of zeros (the sine of frequency 0) stays as it is and shows as a missing rank.
+// A column of zeros (the sine of frequency 0) stays as it is and reduces the rank.
 VectorXd inverse_scale(const VectorXd& norm) {
   return norm.unaryExpr([](double n) { return n > 0 ? 1 / n : 1.0; });
 }
@@ -89,7 +89,7 @@ double bounded_ratio(double largest, double smallest) {
   return largest > 0 ? largest / std::max(smallest, eps * largest) : 1 / eps;
 }
 
-// Moves coefficients and root along the null space to where the counted coefficients are smallest.
+// Moves coefficients and root along the null space to the smallest norm of those not in `free`.
 void to_minimum_norm(const MatrixXd& null_space, const std::vector<bool>& free, MapSolution* solution) {
   std::vector<Index> counted;
   for (Index j = 0; j < null_space.rows(); ++j)
@@ -101,10 +101,10 @@ void to_minimum_norm(const MatrixXd& null_space, const std::vector<bool>& free, 
   solution->root -= null_space * steps;
 }
 
-// Fills `beyond` and `leak` from R: its last column, in the rows of the further terms, is what the residual
-// holds along the columns of Q that are orthogonal to the first `count`. left: of R's first columns, scaled.
+// Fills `beyond` and `leak` from R. Its last column, in the rows of the further terms, is the residual along
+// the columns of Q orthogonal to the first `count`. left: of R's first columns, scaled.
 void fill_beyond(const MatrixXd& factor, Index count, const MatrixXd& left, MapSolution* solution) {
-  constexpr double kTold = 1e-6;  // of a column: less of it beside the others is rounding of the basis
+  constexpr double kTold = 1e-6;  // of a column's length; a smaller independent part is rounding of the basis
   std::vector<Index> told;
   for (Index k = count; k + 1 < factor.cols(); ++k)
     if (std::abs(factor(k, k)) > kTold * factor.col(k).norm()) told.push_back(k);
@@ -135,8 +135,8 @@ MapSolution solve_by_qr(const TermSet& terms, const TermSet& further, const MapP
   solution.coefficients = solution.root * (svd.left.leftCols(rank).transpose() * height);
   fill_beyond(factor, count, svd.left.leftCols(rank), &solution);
   if (rank == count) return solution;
-  // Where columns differ by many powers of ten the null space is rounding, and a step along it may lose the
-  // fit: then the solution of least norm in scaled coefficients stands.
+  // Where columns differ by many powers of ten, the null space is rounding, and a step along it may destroy
+  // the fit. The solution of least norm in scaled coefficients is kept then.
   MapSolution shorter = solution;
   to_minimum_norm(inverse.asDiagonal() * svd.right.rightCols(count - rank), free, &shorter);
   const auto misfit = [&](const MapSolution& s) {

@@ -24,9 +24,9 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Most terms a dense triangle is made for: 18 MB and some seconds of singular values.
+// Most terms of a dense triangle: 18 MB and some seconds for the singular values.
 constexpr Index kDenseTerms = 1500;
-constexpr double kRimRounding = 1e-9;  // a circle through points must hold them
+constexpr double kRimRounding = 1e-9;  // tolerance of a circle through points
 
 void check(const HeightMap& map, const MapFitOptions& options) {
   if (!(map.pitch_x > 0) || !(map.pitch_y > 0))
@@ -35,7 +35,7 @@ void check(const HeightMap& map, const MapFitOptions& options) {
     throw std::invalid_argument(fmt::format("fit_map: held_out is {}, must be in [0, 1)", options.held_out));
 }
 
-// Points of the map with their index in the grid, and the share of them that the fit does not see.
+// Points of the map with their index in the grid, fitted and held out.
 struct ChosenPoints {
   MapPoints fitted, held_out;
   std::vector<Index> fitted_index;
@@ -57,7 +57,7 @@ MapPoints gather(const HeightMap& map, const std::vector<Index>& index) {
 ChosenPoints choose(const HeightMap& map, double radius, const MapFitOptions& options) {
   const RandomStream stream(options.seed, "map-fit-held-out");
   ChosenPoints chosen;
-  std::vector<Index> held_out, known;  // known: what the fit may see, also beyond the radius
+  std::vector<Index> held_out, known;  // known: all points that the fit may use, also beyond the radius
   for (Index at = 0; at < map.height.size(); ++at) {
     if (!std::isfinite(map.height.data()[at])) continue;
     const bool kept_back = stream.uniform(std::uint64_t(at)) < options.held_out;
@@ -78,12 +78,12 @@ ChosenPoints choose(const HeightMap& map, double radius, const MapFitOptions& op
 struct JointTerms {
   TermSet terms;
   std::vector<bool> added;       // per term
-  std::vector<Index> requested;  // where the terms of the caller are
+  std::vector<Index> requested;  // indices of the caller's terms
 };
 
 JointTerms join(const TermSet& terms, double largest_distance) {
   JointTerms joint{terms, {}, {}};
-  // Plane waves need no radius, the added tilt does: any length of the map's size.
+  // Plane waves need no radius, but the added tilt does: any length of the map's size.
   if (!(joint.terms.radius > 0) && terms.zernike.empty() && terms.spherical.empty())
     joint.terms.radius = largest_distance > 0 ? largest_distance : 1;
   for (const ZernikeMode mode : {ZernikeMode{0, 0}, ZernikeMode{1, -1}, ZernikeMode{1, 1}})
@@ -101,7 +101,7 @@ JointTerms join(const TermSet& terms, double largest_distance) {
 // The Zernike modes next beyond the terms: the fewest whole orders with kModes of them, fewer where the
 // points are few. A plane wave of f cycles/m has orders up to 2 pi f radius on the disc.
 TermSet next_orders(const TermSet& terms, Index points) {
-  constexpr std::size_t kModes = 40;  // their mean square is known to 22 %, a standard deviation to 11 %
+  constexpr std::size_t kModes = 40;  // gives their mean square to 22 %, a standard deviation to 11 %
   double order = 1;
   for (const ZernikeMode& mode : terms.zernike) order = std::max(order, double(mode.n));
   for (const FourierMode& mode : terms.fourier)
@@ -131,7 +131,7 @@ bool overlaps_m0(const TermSet& terms) {
   });
 }
 
-// The orthonormal modes 1, 2 rho cos, 2 rho sin that the caller did not ask for.
+// The orthonormal modes 1, 2 rho cos, 2 rho sin that the caller did not request.
 MapPlane plane_of(const JointTerms& joint, const VectorXd& coefficients) {
   MapPlane plane;
   for (std::size_t i = 0; i < joint.terms.zernike.size(); ++i) {
@@ -150,8 +150,8 @@ ArrayXd residual_at(const TermSet& terms, const VectorXd& coefficients, const Ma
   return points.height - field.height;
 }
 
-// Standard deviations that say that the points hardly tell the terms apart: of a coefficient (RMS over the
-// disc) larger than the map itself. A map of noise alone does not come near: they fall with the points.
+// Warns where the points hardly separate the terms: the standard deviation of a coefficient (RMS over the
+// disc) exceeds the map itself. Noise alone stays far below, because many points average it.
 void warn_of_unknown_terms(MapFitResult* result) {
   const double largest = result->coefficient_std.size() > 0 ? result->coefficient_std.maxCoeff() : 0;
   if (largest <= result->rms_map) return;
@@ -165,15 +165,15 @@ void warn_of_unknown_terms(MapFitResult* result) {
            unknown, result->coefficient_std.size(), largest, result->rms_map, result->condition_number)});
 }
 
-// What residuals hold beyond the terms: a density, and components that stand out of it. These are figure that
+// The residual beyond the terms: a density, and components that stand out of it. The latter are figure that
 // the terms leave, such as one aberration of the next order.
 struct Beyond {
   double density = 0;  // mean square of the other components [m^2]
-  VectorXd figure;     // the components that stand out, 0 in the place of the others [m]
+  VectorXd figure;     // the components that stand out, zero elsewhere [m]
 };
 
 Beyond split_beyond(const VectorXd& components) {
-  constexpr double kStandsOut = 4;  // standard deviations: of 40 Gaussian components one in 400 maps
+  constexpr double kStandsOut = 4;  // standard deviations; 40 Gaussians exceed it in one of 400 maps
   constexpr double kMedianOfSquares = 0.4549;  // of Gaussian numbers, over their variance
   VectorXd squares = components.cwiseAbs2();
   std::sort(squares.begin(), squares.end());
@@ -189,8 +189,8 @@ Beyond split_beyond(const VectorXd& components) {
   return beyond;
 }
 
-// Standard deviations from what the residuals hold just beyond the terms (see fit_map); where there are too
-// few points to tell, from all that is left.
+// Standard deviations from the residual just beyond the terms (see fit_map). With too few points, the whole
+// residual is used.
 void fill_uncertainty(const HeightMap& map, const ChosenPoints& points, const ArrayXd& residual,
                       const JointTerms& joint, const MapSolution& solution, int threads,
                       MapFitResult* result) {
@@ -198,7 +198,7 @@ void fill_uncertainty(const HeightMap& map, const ChosenPoints& points, const Ar
   for (Index i = 0; i < residual.size(); ++i) grid.data()[points.fitted_index[std::size_t(i)]] = residual[i];
   const double neighbours = correlated_neighbours(grid, map.pitch_x, map.pitch_y, threads);
   result->independent_points = double(residual.size()) / neighbours;
-  // The fit takes `rank` of the independent residuals along.
+  // The fit removes `rank` of the independent residuals.
   double left = result->independent_points - double(solution.rank);
   if (left < 1) {
     left = 1;
@@ -219,8 +219,8 @@ void fill_uncertainty(const HeightMap& map, const ChosenPoints& points, const Ar
   const Eigen::MatrixXd root = solution.root(joint.requested, Eigen::all);
   result->covariance = Eigen::MatrixXd::Zero(count, count);
   result->covariance.selfadjointView<Eigen::Lower>().rankUpdate(root, beyond.density);
-  // Figure that the terms leave is in them where the points do not tell both apart: known in size, and as
-  // good as a standard deviation of it.
+  // The terms contain part of the figure that they leave, where the points do not separate the two. Its size
+  // is known and counts as a standard deviation.
   if (beyond.figure.size() > 0)
     result->covariance.selfadjointView<Eigen::Lower>().rankUpdate(
         VectorXd(solution.leak(joint.requested, Eigen::all) * beyond.figure));

@@ -12,13 +12,12 @@ namespace {
 
 constexpr double kUnseen = 1e-12;  // of a singular value over the largest: a direction without data
 constexpr double kUnseenVariance = 1e30;
-constexpr double kProfileTolerance = 2e-4;  // of the sum of squares, whose rise is looked at
+constexpr double kProfileTolerance = 2e-4;  // relative to the sum of squares
 constexpr double kParabola = 0.05;          // of the rise at Wald's ends
-constexpr double kEnd = 0.01;               // of the distance of an end from the fit
+constexpr double kEnd = 0.01;               // relative to the distance of an end from the fit
 constexpr int kMostDoublings = 40;
 constexpr int kMostNarrowings = 12;
 
-// All parameters but those that are held.
 class FreeResiduals : public ceres::CostFunction {
  public:
   FreeResiduals(const ParameterFitProblem& problem, const Eigen::VectorXd& at, const std::vector<int>& free,
@@ -51,7 +50,7 @@ class FreeResiduals : public ceres::CostFunction {
   int* evaluations_;
 };
 
-// The minimum with x[held] as it is in `start`; held < 0: of all.
+// The minimum with x[held] as in `start`; held < 0: over all parameters.
 ParameterFit minimum(const ParameterFitProblem& problem, const Eigen::VectorXd& start, int held,
                      int max_iterations, double function_tolerance) {
   ParameterFit fit;
@@ -107,8 +106,8 @@ class ParameterProfile {
     along_ = covariance.col(parameter) / covariance(parameter, parameter);
   }
 
-  /// Rise of the sum of squares at x[parameter] = value; infinite where there is no value. The others begin
-  /// where the last one nearer to the fit ended, and go on as the derivatives at the fit say.
+  /// Rise of the sum of squares at x[parameter] = value; infinite where there is no value. The other
+  /// parameters start from the last result nearer to the fit, extrapolated by the derivatives at the fit.
   double rise(double value, Eigen::VectorXd* begin) const {
     Eigen::VectorXd start = *begin + (value - (*begin)[parameter_]) * along_;
     start[parameter_] = value;
@@ -120,7 +119,7 @@ class ParameterProfile {
     return there.sum_of_squares - fit_.sum_of_squares;
   }
 
-  /// The end of the interval in the direction of `step`, Wald's.
+  /// The end of the interval in the direction of `step`, which is Wald's.
   std::pair<double, bool> end(double step, double wanted) const {
     const double at = fit_.x[parameter_],
                  limit = step > 0 ? problem_.upper[parameter_] : problem_.lower[parameter_];
@@ -139,7 +138,7 @@ class ParameterProfile {
       outside = std::min(2 * outside, furthest);
     }
     if (!(rise_outside >= wanted)) return {limit, false};
-    // The root of a parabola rises evenly.
+    // The root of a parabola rises linearly.
     for (int k = 0; k < kMostNarrowings && outside - inside > kEnd * outside; ++k) {
       const double low = std::sqrt(std::max(rise_inside, 0.0)), high = std::sqrt(rise_outside);
       double share = std::isfinite(high) ? (std::sqrt(wanted) - low) / (high - low) : 0.5;
@@ -161,7 +160,7 @@ class ParameterProfile {
   const ParameterFit& fit_;
   int parameter_;
   int* evaluations_;
-  Eigen::VectorXd along_;  // what the others do per step of the parameter
+  Eigen::VectorXd along_;  // change of the others per step of the parameter
 };
 
 }  // namespace

@@ -5,7 +5,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Directions below this share of the largest singular value are rounding, not information.
+// Directions below this fraction of the largest singular value are rounding.
 constexpr double kRankOfRows = 1e-10;
 
 }  // namespace
@@ -20,8 +20,8 @@ void fill_posterior(const FitProblem& problem, const Jacobian& jacobian, FitResu
   result->rank = int((result->singular_values.array() > 1.0).count());
   result->null_directions = int(terms - (result->singular_values.array() > kRankOfRows * largest).count());
 
-  // Woodbury: (I + J^T J)^-1 = I - J^T M^-1 J with M = I + J J^T = C C^T. The prior variance of a
-  // coefficient, less what the data take away.
+  // Woodbury: (I + J^T J)^-1 = I - J^T M^-1 J with M = I + J J^T = C C^T: the prior variance of a
+  // coefficient, minus the reduction by the data.
   const Cholesky cholesky(gram + Eigen::MatrixXd::Identity(statistics, statistics));
   const Eigen::MatrixXd reduced = cholesky.solve_lower(Eigen::MatrixXd(jacobian));
   Eigen::ArrayXd variance = Eigen::ArrayXd::Zero(terms);
@@ -32,7 +32,7 @@ void fill_posterior(const FitProblem& problem, const Jacobian& jacobian, FitResu
   const Eigen::ArrayXd prior_variance = variance;
   for (Eigen::Index k = 0; k < statistics; ++k)
     variance -= problem.prior.colour(reduced.row(k).transpose()).array().square();
-  // The subtraction leaves rounding of the prior variance where a coefficient is very well determined.
+  // For a very well determined coefficient, the subtraction leaves only rounding of the prior variance.
   result->coefficient_std = variance.max(1e-16 * prior_variance).sqrt();
 
   const Eigen::MatrixXd solved = cholesky.solve(gram);  // J cov J^T = gram - gram M^-1 gram = M^-1 gram

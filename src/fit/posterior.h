@@ -3,9 +3,8 @@
 
 namespace aberfit::internal {
 
-/// Fills the posterior fields of `result` from the residual Jacobian in white coordinates (targets,
-/// guides and PSD bins x terms): covariance (I + J^T J)^-1 by way of the small matrix I + J J^T, so that cost
-/// is linear in the number of terms.
+/// Fills the posterior fields of `result` from the residual Jacobian in white coordinates (targets, guides
+/// and PSD bins x terms). The covariance (I + J^T J)^-1 uses I + J J^T, at a cost linear in the terms.
 void fill_posterior(const FitProblem& problem, const Jacobian& jacobian, FitResult* result);
 
 }  // namespace aberfit::internal

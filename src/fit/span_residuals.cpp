@@ -7,12 +7,12 @@
 namespace aberfit::internal {
 namespace {
 
-// Of a step: where its curvature is looked at, and what the bend may be at most. Where that is larger, third
-// derivatives count as much, and steps come out too long as often as right.
+// Fraction of a step at which its curvature is measured, and largest bend as a fraction of the step. Beyond
+// that, third derivatives count as much, and the corrected step is too long as often as right.
 constexpr double kProbe = 0.1, kLargestShare = 0.375;
 
-// Directions with a smaller share of the largest eigenvalue of the Gram matrix are left out of the basis:
-// rounding would spoil their orthogonality, and gradients that differ by less than 1e-5 say the same.
+// Directions below this fraction of the largest eigenvalue of the Gram matrix are left out of the basis.
+// Rounding would spoil their orthogonality, and gradients that differ by less than 1e-5 are equivalent.
 constexpr double kIndependent = 1e-10;
 
 // Orthonormal columns that span the rows of `jacobian` and `away`; all directions where these are no fewer.
@@ -21,7 +21,7 @@ Eigen::MatrixXd basis_of(const Jacobian& jacobian, const Eigen::VectorXd& away) 
   if (terms <= count + 1) return Eigen::MatrixXd::Identity(terms, terms);
   Eigen::MatrixXd directions(terms, count + 1);
   directions << jacobian.transpose(), away;
-  for (Eigen::Index k = 0; k <= count; ++k) directions.col(k).normalize();  // leaves one of zeros as it is
+  for (Eigen::Index k = 0; k <= count; ++k) directions.col(k).normalize();  // a zero column stays zero
   const SymmetricEigen gram = symmetric_eigen(transposed_product(directions, directions));
   const Eigen::Index kept = (gram.values.array() > kIndependent * gram.values[count]).count();
   if (kept == 0) return Eigen::MatrixXd::Identity(terms, 1);

@@ -11,12 +11,12 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr int kBins = 32 << kBinBits;  // 32 octaves of r^2 around the median; rays beyond: first and last bin
-constexpr int kLanes = 4;              // sums per bin: neighbouring rays often share a bin
+constexpr int kBins = 32 << kBinBits;  // 32 octaves of r^2 about the median; the end bins hold rays beyond
+constexpr int kLanes = 4;  // separate sums per bin, because neighbouring rays often fall into one bin
 constexpr Eigen::Index kChunk = 8192;  // rays that stay in the second-level cache from plane to plane
-constexpr int kMostBoundBins = 160;    // bounds from the bins pay while the kernel spans few of them
-constexpr int kBoundSteps = 6;         // leave 1/64 of the bracket, less than a bin
-constexpr double kShellMemory = 2e8;   // [bytes] for collected rays, about 5 per ray and plane
+constexpr int kMostBoundBins = 160;    // bounds from the bins save time while the kernel spans few of them
+constexpr int kBoundSteps = 6;         // leaves 1/64 of the bracket, less than a bin
+constexpr double kShellMemory = 2e8;   // [bytes] of collected rays, about 5 per ray and plane
 
 double from_leading_bits(std::int64_t leading) {
   return std::bit_cast<double>(std::uint64_t(leading) << (52 - kBinBits));
@@ -34,7 +34,7 @@ class RadiusSolver {
         requests_(*requests),
         kernels_(focus_kernels(best_instruction_set())) {}
 
-  // The planes [begin, end) from rays to radii; the groups of rays, then the radii, go to the threads.
+  // Computes the radii of the planes [begin, end). Threads divide the groups of rays, then the radii.
   void run(RadiusPlane* begin, RadiusPlane* end, int threads) const {
     for (RadiusPlane* plane = begin; plane != end; ++plane) prepare(plane);
     const auto groups = std::size_t(groups_.count);
@@ -47,7 +47,7 @@ class RadiusSolver {
   }
 
  private:
-  // Centre, and bins around the median of a few rays: a scale that far-out rays do not spoil.
+  // Sets the centre and bins about the median of a few rays, because distant rays do not affect a median.
   void prepare(RadiusPlane* plane) const {
     BinnedPlane& b = plane->binned;
     b.centre_x = about_centroid_ ? (sums_.x + b.dz * sums_.tx) / sums_.weight : 0.0;
@@ -133,16 +133,16 @@ class RadiusSolver {
     unite(plane);
   }
 
-  // Bin in which the weight up to it passes `wanted`.
+  // The bin in which the cumulative weight passes `wanted`.
   static int quantile_bin(const RadiusPlane& plane, double wanted) {
     int bin =
         int(std::upper_bound(plane.before.begin(), plane.before.end(), wanted) - plane.before.begin()) - 1;
     bin = std::clamp(bin, 0, kBins - 1);
-    while (bin > 0 && plane.bins[std::size_t(bin)] == 0.0) --bin;  // only when all weight is passed
+    while (bin > 0 && plane.bins[std::size_t(bin)] == 0.0) --bin;  // only when `wanted` reaches all weight
     return bin;
   }
 
-  // Exact: half weights at both ends may make a neighbour bin's ray the partner of the interpolation.
+  // Exact search: a ray counts half at its radius, so a neighbouring bin's ray may be needed.
   void partners(const RadiusPlane& plane, RadiusPlane::Search* search) const {
     const int bin = quantile_bin(plane, requests_[search->request].fraction * sums_.weight);
     search->first_bin = std::max(0, bin - 1);
@@ -152,7 +152,7 @@ class RadiusSolver {
       ++search->last_bin;
   }
 
-  // Smooth: radii between which the root lies, then the bins within the kernel's reach of these.
+  // Smooth search: brackets the root between two radii, then takes the bins that the kernel reaches.
   void bracket(const RadiusPlane& plane, RadiusPlane::Search* search) const {
     const double wanted = requests_[search->request].fraction * sums_.weight;
     const int bin = quantile_bin(plane, wanted);
@@ -163,7 +163,7 @@ class RadiusSolver {
       search->last_bin = kBins - 1;
       return;
     }
-    // A ray counts fully within inside2 and not beyond outside2 of SmoothDisc.
+    // By SmoothDisc, a ray counts fully below inside2 and not at all above outside2.
     search->too_small = !(std::sqrt(edge2(plane, bin + 1)) > kSmallestSpotInWidths * width_);
     search->low = std::sqrt(width_ * width_ + edge2(plane, bin)) - width_;
     search->high = std::sqrt(width_ * width_ + edge2(plane, bin + 1)) + width_;
@@ -175,8 +175,8 @@ class RadiusSolver {
     reach(search->low, &search->first_bin, &unused);
     reach(search->high, &unused, &search->last_bin);
     if (search->last_bin - search->first_bin > kMostBoundBins || !(search->low > 0)) return;
-    // far = 0: every bin's weight at its near edge, the most that can be counted; 1: at its far edge, the
-    // least.
+    // far = 0 puts each bin's weight at its near edge, which gives the upper bound of the count. far = 1 puts
+    // it at the far edge, which gives the lower bound.
     const auto bound = [&](double radius, int far) {
       const SmoothDisc disc(radius, width_);
       int first, last;
@@ -203,7 +203,7 @@ class RadiusSolver {
   }
 
   static bool is_disc(double radius) { return radius > 0 && std::isfinite(radius * radius); }
-  // A given radius: the bins within the kernel's reach of it, or the one it lies in.
+  // For a given radius: the bins within the kernel's reach, or the bin of the radius.
   void touched(const RadiusPlane& plane, RadiusPlane::Search* search) const {
     const double radius = requests_[search->request].radius;
     search->every_bin = false;
@@ -250,7 +250,7 @@ class RadiusSolver {
                    kernels_.bins(block, plane->binned, r2, bin);
                    const std::uint16_t* slot = plane->slot.data();
                    int found = 0;
-                   for (int i = 0; i < used; ++i) {  // without a branch: one ray in a few is wanted
+                   for (int i = 0; i < used; ++i) {  // branch-free, because few rays are needed
                      hits[found] = i;
                      found += slot[bin[i]] != 0;
                    }
@@ -271,7 +271,7 @@ class RadiusSolver {
     for (RadiusPlane* plane = begin; plane != end; ++plane) {
       for (std::size_t k = 0; k < plane->intervals.size(); ++k) {
         RadiusShell& shell = shells_of(plane, int(k))[group];
-        // The next evaluation may find a few more.
+        // Spare room, because the next evaluation may find a few more rays.
         const std::size_t spare = shell.used + shell.used / 8 + kRayPadding;
         make_room(shell.r2, spare);
         make_room(shell.weight, spare);
@@ -335,7 +335,7 @@ class RadiusSolver {
     const RadiusShell* shells = shells_of(plane, interval);
     for (int g = 0; g < groups_.count; ++g)
       for (std::size_t i = 0; i < shells[g].used; ++i) {
-        const double r2 = shells[g].r2[i];  // what is not a number goes last: a sort needs an order
+        const double r2 = shells[g].r2[i];  // NaN goes last, because a sort needs an order
         nodes.push_back({r2 >= 0 ? std::sqrt(r2) : kInfinity, shells[g].weight[i], shells[g].ray[i]});
       }
     std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) {
@@ -360,7 +360,7 @@ class RadiusSolver {
   }
 
   struct Count {
-    double weight, density;  // within the radius; its derivative
+    double weight, density;  // weight within the radius; its derivative
   };
   Count smooth_count(const RadiusPlane& plane, int interval, double radius) const {
     const SmoothDisc disc(radius, width_);
@@ -372,7 +372,7 @@ class RadiusSolver {
     return {sums[0], sums[1] / radius};
   }
 
-  // Newton inside a bracket; NaN where the count has no slope.
+  // Newton's method inside a bracket; NaN where the count has no slope.
   double root(const RadiusPlane& plane, int interval, double wanted, double start, double low,
               double high) const {
     double radius = start;
@@ -383,7 +383,7 @@ class RadiusSolver {
       if (count.density > 0) {
         const double step = excess / count.density;
         if (std::abs(step) <= 1e-11 * radius)
-          return radius - step;  // quadratic: the next step would be rounding
+          return radius - step;  // convergence is quadratic, so the next step is below rounding
         radius -= step;
       }
       if (!(count.density > 0) || !(radius > low && radius < high))
@@ -393,13 +393,13 @@ class RadiusSolver {
     return smooth_count(plane, interval, radius).density > 0 ? radius : std::nan("");
   }
 
-  // -scale/2 times the derivative of the smooth count within the request's radius.
+  // Writes -scale/2 times the derivative of the smooth count within the request's radius.
   void gradient(const RadiusPlane& plane, int interval, const RadiusRequest& request, double scale) const {
     const SmoothDisc disc(request.radius, width_);
     const DiscShape shape{0, 0, disc.radius2, disc.scale};
     const RadiusShell* shells = shells_of(plane, interval);
     alignas(64) double density[kBlockRays];
-    const auto visit_kernel = [&](const auto& visit) {  // visit(ray, weight * density) where that is not zero
+    const auto visit_kernel = [&](const auto& visit) {  // visit(ray, weight * density) for nonzero densities
       for (int g = 0; g < groups_.count; ++g) {
         const RadiusShell& shell = shells[g];
         for (std::size_t first = 0; first < shell.used; first += kBlockRays) {
@@ -416,7 +416,7 @@ class RadiusSolver {
     });
     RayGradient& g = *request.gradient;
     g.dz = request.dz;
-    resize_with_spare(g.rays, rays_in_kernel + 1);  // one more: written to before it is known to be needed
+    resize_with_spare(g.rays, rays_in_kernel + 1);  // one more, because entries are written before the test
     std::size_t at = 0;
     resize_with_spare(g.d_x, rays_in_kernel + 1);
     visit_kernel([&](const std::uint32_t* ray, const double* d, int count) {
@@ -456,7 +456,7 @@ void follow_centroid(const RayBundle& rays, double total, RayGradient* gradient)
     for (const double d : *component) sum += d;
     const std::size_t listed = gradient->all_rays ? 0 : component->size();
     component->resize(n);
-    // In place, from the back: rays rise, so entry k belongs to place k or one behind it.
+    // In place from the back: ray numbers increase, so entry k moves to place k or beyond.
     for (std::size_t k = listed; k-- > 0;) {
       const double value = (*component)[k];
       (*component)[k] = 0.0;
@@ -483,11 +483,11 @@ void encircled_radii(const RayBundle& rays, const RaySums& sums, bool about_cent
     planes += k == 0 || wanted[order[k]].dz != wanted[order[k - 1]].dz;
   if (planes == 0) return;
 
-  // As many planes at a time as memory allows: rays are read from memory once for all of them.
+  // We handle as many planes together as memory allows, so rays are read from memory once for all of them.
   const auto at_once = std::min(
       planes, std::size_t(std::max(
                   1.0, std::floor(kShellMemory / (5.0 * double(std::max<Eigen::Index>(rays.size(), 1)))))));
-  // Few planes: threads share the rays. Many: each thread takes its own planes from end to end.
+  // For few planes, threads divide the rays. For many planes, each thread computes its own planes.
   const RayGroups groups(rays.size(), std::max(1, int(16 / at_once)));
   const RadiusSolver solver(rays, sums, about_centroid, width, groups, requests);
   if (buffers->planes.size() < at_once) buffers->planes.resize(at_once);

@@ -8,15 +8,15 @@
 
 namespace aberfit::internal {
 
-/// An encircled-energy radius that is wanted, or the other way round the share inside a radius.
+/// A request for an encircled-energy radius, or for the encircled energy of a given radius.
 struct RadiusRequest {
   double dz = 0, fraction = 0;
-  RayGradient* gradient = nullptr;  ///< of the smooth result, when given
+  RayGradient* gradient = nullptr;  ///< gradient of the smooth result, when given
   double radius = std::nan("");  ///< result; NaN when the kernel is wider than the spot or no ray lies near
-  bool of_share = false;         ///< `radius` is given, `fraction` is the result
+  bool of_share = false;         ///< true: `radius` is given and `fraction` is the result
 };
 
-/// Rays of a few bins: squared distance, weight, which ray.
+/// Rays of a few bins: squared distance, weight and index of each ray.
 struct RadiusShell {
   std::vector<double> r2, weight;
   std::vector<std::uint32_t> ray;
@@ -24,14 +24,14 @@ struct RadiusShell {
   std::size_t padded() const { return (used + kRayPadding - 1) / kRayPadding * kRayPadding; }
 };
 
-/// One plane on its way from rays to radii; memory is kept from call to call.
+/// State of one plane; its memory is reused from call to call.
 struct RadiusPlane {
   struct Search {
     std::size_t request;
-    int first_bin = 0, last_bin = 0;  // whose rays decide
-    bool every_bin = false;           // no bracket: start from the exact radius
+    int first_bin = 0, last_bin = 0;  // range of bins whose rays are needed
+    bool every_bin = false;           // no bracket exists; the search starts from the exact radius
     bool too_small = false;           // the kernel is wider than the spot
-    double low = 0, high = 0;         // the radius lies between
+    double low = 0, high = 0;         // bracket of the radius
     int interval = 0;
   };
   struct Interval {
@@ -39,9 +39,9 @@ struct RadiusPlane {
   };
   BinnedPlane binned;
   std::vector<Search> searches;
-  std::vector<Interval> intervals;   // union of the searches' bins, disjoint, rising
-  std::vector<double> histogram;     // [group][bin][4]: four sums side by side, added to in turn
-  std::vector<double> bins, before;  // weight in each bin, in all earlier ones
+  std::vector<Interval> intervals;   // union of the searches' bins, disjoint and increasing
+  std::vector<double> histogram;     // [group][bin][4]: four sums side by side, used in turn
+  std::vector<double> bins, before;  // weight in each bin, and in all earlier bins
   std::vector<std::uint16_t> slot;   // per bin: 1 + its interval, or 0
   std::vector<RadiusShell> shells;   // [interval][group]
 };
@@ -51,21 +51,21 @@ struct RadiusBuffers {
   std::vector<std::size_t> order;
 };
 
-/// Turns a gradient about a fixed centre into that about the centroid, which moves with every ray: what d_x
-/// and d_y sum to is taken back in shares of the weight. Rays listed must rise. Dense afterwards; d_tx and
-/// d_ty as they were, so they must be empty or dense.
+/// Converts a gradient about a fixed centre into one about the centroid, which depends on every ray. The sums
+/// of d_x and d_y are subtracted in proportion to the weights. Listed ray numbers must increase. d_x and d_y
+/// become dense; d_tx and d_ty do not change, so they must be empty or dense.
 void follow_centroid(const RayBundle& rays, double total, RayGradient* gradient);
 
-/// Radii about the nominal axis or each plane's centroid that hold the wanted fractions of the weight.
-///
-/// width = 0: the exact order statistic. Each ray counts half at its own radius, linear in between.
+/// Radii about the nominal axis, or about each plane's centroid, that hold the wanted fractions of the
+/// weight.
+/// width = 0: the exact order statistic. Each ray counts half at its own radius; the count is linear in
+/// between.
 /// width > 0: the root of smooth count = fraction of the weight (kernel.h), to 1e-11 of the radius, with
 /// gradients.
-///
-/// Two passes over the rays per plane: weights into bins of r^2 (no square root, no sort), then the rays of
-/// those few bins that can matter. The bins bound the smooth count from both sides (all weight at a bin's
-/// near edge, all at its far edge), hence the radius; no ray outside of what is collected can touch the
-/// kernel anywhere between.
+/// Each plane takes two passes over the rays. The first adds weights to bins of r^2, without square roots or
+/// sorting. The bins bound the smooth count from both sides: all weight at a bin's near edge, or at its far
+/// edge. This brackets the radius. The second pass collects the rays of the bins that the kernel can touch
+/// inside the bracket.
 void encircled_radii(const RayBundle& rays, const RaySums& sums, bool about_centroid, double width,
                      int threads, RadiusBuffers* buffers, std::vector<RadiusRequest>* requests);
 

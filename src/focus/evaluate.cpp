@@ -20,24 +20,23 @@ using namespace internal;
 
 struct FocusWorkspace::Buffers {
   std::vector<RadiusRequest> requests;
-  std::vector<std::size_t> request_of;  // per statistic; its own number where it needs no radius
+  std::vector<std::size_t> request_of;  // per statistic; its own index if it needs no radius
   RadiusBuffers radii;
-  std::vector<RingBuffers> rings;           // per statistic, used by ring widths
-  std::vector<RayGradient> ring_gradients;  // of the ring's radius, likewise
+  std::vector<RingBuffers> rings;           // per statistic, for ring widths
+  std::vector<RayGradient> ring_gradients;  // gradients of the ring radii, per statistic
 };
 
 namespace {
 
-// Rays within this many rounding errors of their nominal ones carry no scatter: the derivative of every
-// statistic is undefined there.
+// If all rays agree with their nominal rays within this many rounding errors, there is no scatter. Then the
+// derivative of every statistic is undefined.
 constexpr double kNoScatter = 1e-14;
 
 struct Point {
   double x = 0, y = 0;
 };
 
-// Weighted sum of squared distances from `centre` at plane dz [m^2], and `scale` times half its gradient,
-// dense.
+// Weighted sum of squared distances from `centre` at plane dz [m^2]; next, `scale` times half its gradient.
 double second_moment(const RayBundle& rays, double dz, Point centre) {
   return (rays.weight *
           ((rays.x + dz * rays.tx - centre.x).square() + (rays.y + dz * rays.ty - centre.y).square()))
@@ -64,11 +63,10 @@ HeightMoments height_moments(const Eigen::ArrayXd& weight, const Eigen::ArrayXd&
   return {mean, std::sqrt((weight * (height - mean).square()).sum() / total)};
 }
 
-// What the statistics share.
 struct Shared {
   const FocusInput& input;
   RaySums sums;
-  AngleSums angles;  // when a statistic asks for them
+  AngleSums angles;  // only when a statistic needs them
   double width = 0;  // 0: exact
   int threads = 1;
   FocusWorkspace::Buffers& buffers;
@@ -81,7 +79,7 @@ struct Shared {
   double radius_of(std::size_t k) const { return buffers.requests[buffers.request_of[k]].radius; }
   double share_of(std::size_t k) const { return buffers.requests[buffers.request_of[k]].fraction; }
   Ring ring_of(std::size_t k, const RingFwhm& s) const {
-    const Point middle = centre(0.0);  // fixed through focus
+    const Point middle = centre(0.0);  // the same centre for all planes
     return {s.ring_radius ? *s.ring_radius : radius_of(k), middle.x, middle.y};
   }
 };
@@ -92,7 +90,7 @@ bool any_is(const std::vector<Statistic>& statistics) {
                      [](const Statistic& s) { return std::holds_alternative<S>(s); });
 }
 
-// Radii, of all planes together, and the sums that several statistics share.
+// Computes the radii of all planes, and the sums that several statistics share.
 void prepare(const std::vector<Statistic>& statistics, std::vector<StatisticGradient>* gradients,
              Shared* shared) {
   FocusWorkspace::Buffers& b = shared->buffers;
@@ -119,15 +117,14 @@ void prepare(const std::vector<Statistic>& statistics, std::vector<StatisticGrad
     shared->angles = sum_angles(shared->input.rays, shared->input.nominal, shared->threads);
 }
 
-// The statistics one by one. Large bundles are cut among the threads inside each, small ones are not worth
-// it.
+// Threads divide each large bundle of rays; with a small bundle, each statistic has one thread.
 void for_each_statistic(const std::vector<Statistic>& statistics, Shared* shared,
                         const std::function<void(std::size_t)>& evaluate) {
   const int threads = shared->threads;
   if (RayGroups(shared->input.rays.size()).count >= 4) {
     for (std::size_t k = 0; k < statistics.size(); ++k) evaluate(k);
   } else {
-    // Only what is more than a look-up is worth a thread.
+    // A statistic that only reads a stored value needs no thread.
     std::vector<std::size_t> heavy;
     for (std::size_t k = 0; k < statistics.size(); ++k) {
       if (std::holds_alternative<EncircledEnergyRadius>(statistics[k]) ||
@@ -140,7 +137,7 @@ void for_each_statistic(const std::vector<Statistic>& statistics, Shared* shared
   }
 }
 
-// Adds `scale` times a gradient at dz = 0 to that of a ring width.
+// Adds `scale` times the gradient of a radius at dz = 0 to the gradient of a ring width.
 void add_ring_radius(const RayGradient& radius, double scale, RayGradient* gradient) {
   if (radius.all_rays) {
     for (std::size_t i = 0; i < radius.d_x.size(); ++i) gradient->d_x[i] += scale * radius.d_x[i];
@@ -154,14 +151,14 @@ void add_ring_radius(const RayGradient& radius, double scale, RayGradient* gradi
     gradient->d_tx.push_back(0.0);
     gradient->d_ty.push_back(0.0);
   }
-  // The next evaluation may have a few more.
+  // Spare room, because the next evaluation may have a few more entries.
   const std::size_t size = gradient->rays.size(), spare = size + size / 8;
   gradient->rays.reserve(spare);
   for (std::vector<double>* d : {&gradient->d_x, &gradient->d_y, &gradient->d_tx, &gradient->d_ty})
     d->reserve(spare);
 }
 
-// One smooth statistic with its gradient; NaN when it does not exist.
+// Evaluates one smooth statistic with its gradient; NaN when it does not exist.
 class SmoothEvaluator {
  public:
   SmoothEvaluator(const Shared& shared, std::size_t index, StatisticGradient* gradient)
@@ -176,7 +173,7 @@ class SmoothEvaluator {
                                           &shared_.buffers.rings[index_], shared_.about_centroid(), rays,
                                           gradient_ ? &d_ring : nullptr);
     if (!result) return std::nan("");
-    // The ring's centre is the centroid of z = f and moves with every ray.
+    // The centre of the ring is the centroid at z = f, which depends on every ray.
     if (rays && shared_.about_centroid()) follow_centroid(in_.rays, shared_.sums.weight, rays);
     if (rays && !s.ring_radius) add_ring_radius(shared_.buffers.ring_gradients[index_], d_ring, rays);
     return result->fwhm;
@@ -208,7 +205,7 @@ class SmoothEvaluator {
     const Point centre = shared_.centre(s.dz);
     const double total = shared_.sums.weight, rms = std::sqrt(second_moment(in_.rays, s.dz, centre) / total);
     if (!(rms > 0)) return std::nan("");
-    // The centroid drops out: first moments about it vanish.
+    // The centroid does not contribute, because first moments about it vanish.
     if (gradient_) second_moment_gradient(in_.rays, s.dz, centre, 1.0 / (total * rms), &gradient_->rays);
     return rms;
   }
@@ -238,7 +235,7 @@ class SmoothEvaluator {
   StatisticGradient* gradient_;
 };
 
-// One exact statistic; NaN when it does not exist.
+// Evaluates one exact statistic; NaN when it does not exist.
 class ExactEvaluator {
  public:
   ExactEvaluator(const Shared& shared, std::size_t index, Warning* warning)

@@ -9,23 +9,22 @@
 namespace aberfit::internal {
 namespace {
 
-// The smoothed profile is a sum of Gaussians, one a ray, and asked for at some hundred points. Rays are
-// gathered in cells once: with t the distance of a ray from the middle of its cell and u that of a point, in
+// The smoothed profile is a sum of one Gaussian per ray and is needed at some hundred points. We collect rays
+// in cells once. With t the distance of a ray and u that of a point from the centre of the cell, in
 // bandwidths,
 //   exp(-(u - t)^2/2) = exp(-u^2/2) sum_k He_k(u) t^k / k!
-// (generating function of the Hermite polynomials He_k, He_{k+1} = u He_k - k He_{k-1}). Since
-// |He_k exp(-u^2/2)| < 1.1 sqrt(k!), terms from kTerms on are below 1e-18 of a ray's weight, 5e-18 in a
-// slope.
-constexpr double kCell = 0.25;      // width of a cell, in bandwidths
-constexpr std::size_t kTerms = 14;  // even: powers are made in pairs
-constexpr double kReach = 8.5;      // exp(-u^2/2) below 2e-16
+// (generating function of the Hermite polynomials He_k, He_{k+1} = u He_k - k He_{k-1}). Since |He_k
+// exp(-u^2/2)| < 1.1 sqrt(k!), terms from kTerms on are below 1e-18 of a ray's weight, and 5e-18 in a slope.
+constexpr double kCell = 0.25;      // width of a cell [bandwidths]
+constexpr std::size_t kTerms = 14;  // even, because powers are made in pairs
+constexpr double kReach = 8.5;      // exp(-u^2/2) is below 2e-16 there
 constexpr int kNear = int(kReach / kCell) + 1;
-constexpr double kWidestLine = 16384;  // from its middle to an end, in bandwidths: 30 MB of cells
-// Points of the scan in a cell, and terms that make them: 4e-10 of a ray's weight.
+constexpr double kWidestLine = 16384;  // half length of the line [bandwidths]; 30 MB of cells
+// Points of the scan per cell, and terms of the series for them. The error is 4e-10 of a ray's weight.
 constexpr int kPoints = 4;
 constexpr std::size_t kScanTerms = 8;
-// What the highest point of a scan lacks of the peak beside it at most: a second derivative is at least minus
-// the profile over bandwidth^2.
+// Largest relative difference between the highest point of the scan and the peak beside it. The second
+// derivative is at least minus the profile over bandwidth^2.
 constexpr double kLowerThanPeak = 0.5 * (0.5 * kCell / kPoints) * (0.5 * kCell / kPoints);
 
 /// Profile (unnormalised Gaussian kernel) and its derivative.
@@ -45,7 +44,7 @@ std::array<double, size> hermite_functions(double u) {
 
 class LineSpread {
  public:
-  /// Of rays within `reach` of `mean`; others are left out.
+  /// Takes the rays within `reach` of `mean`.
   LineSpread(const Eigen::ArrayXd& position, const Eigen::ArrayXd& weight, double mean, double reach,
              double bandwidth)
       : position_(position),
@@ -91,7 +90,7 @@ class LineSpread {
   double scan_point(std::size_t k) const {
     return first_ + pitch() * (double(k) - 0.5 * (kPoints - 1) - kPoints * kNear);
   }
-  /// The profile at scan_point(0), scan_point(1), ...: wherever there is light.
+  /// The profile at scan_point(0), scan_point(1), ..., over all cells within kReach of a ray.
   std::vector<double> scan() const {
     std::vector<std::array<double, kScanTerms>> from;
     for (int j = 0; j < kPoints * (2 * kNear + 1); ++j)
@@ -111,7 +110,7 @@ class LineSpread {
   struct Pull {
     double x, scale;
   };
-  /// Sum over `pulls` of scale d profile(x) / d position, of every ray.
+  /// Adds the sum over `pulls` of scale d profile(x) / d position to every ray.
   void gradient(const std::array<Pull, 3>& pulls, std::vector<double>* result) const {
     std::vector<Moments> factors(moments_.size(), Moments{});
     for (const Pull& pull : pulls)
@@ -143,7 +142,7 @@ class LineSpread {
 
   struct Place {
     int cell;  // -1 outside
-    double t;  // from the middle of the cell, in bandwidths
+    double t;  // distance from the centre of the cell [bandwidths]
   };
   Place place(double position) const {
     const double cell = std::floor((position - first_) / (kCell * bandwidth_) + 0.5);
@@ -164,7 +163,7 @@ class LineSpread {
   const Eigen::ArrayXd& weight_;
   double bandwidth_;
   int cells_;
-  double first_;                  // middle of the first cell
+  double first_;                  // centre of the first cell
   std::vector<Moments> moments_;  // sum of weight t^k / k!
 };
 
@@ -176,13 +175,13 @@ std::optional<double> line_spread_fwhm(const Eigen::ArrayXd& position, const Eig
   if (!(bandwidth > 0) || !(total > 0)) return std::nullopt;
   const double mean = (weight * position).sum() / total;
   const double sigma = std::sqrt((weight * (position - mean).square()).sum() / total);
-  // At most a sixty-fourth of the light is farther from its mean than 8 sigma (Chebyshev).
+  // At most 1/64 of the energy is farther than 8 sigma from its mean (Chebyshev).
   const double reach = std::min((position - mean).abs().maxCoeff(), 8.0 * sigma) + kCell * bandwidth;
   if (!(reach < kWidestLine * bandwidth)) return std::nullopt;
   const LineSpread spread(position, weight, mean, reach, bandwidth);
   const std::vector<double> profile = spread.scan();
   const double pitch = spread.pitch(), first = spread.scan_point(0) - pitch;
-  // Roots to rounding of the whole line: as distances from where it begins.
+  // Roots are measured from the start of the line, so they are exact to rounding of its length.
   const auto root = [&](double a, double b, const auto& f) {
     const auto from_first = [&](double distance) { return f(first + distance); };
     return first + root_between(from_first, a - first, b - first, f(a), f(b));
@@ -199,14 +198,14 @@ std::optional<double> line_spread_fwhm(const Eigen::ArrayXd& position, const Eig
     if (const double height = spread(x).profile; height > top) peak = x, top = height, highest = k;
   }
 
-  // Outermost: a lumpy profile may dip below half between its lumps.
+  // We take the outermost crossings, because a profile with several peaks may fall below half between them.
   const auto crossing = [&](bool up) {
     std::size_t k = up ? profile.size() - 1 : 0;
     while (k != highest && profile[k] < 0.5 * top) up ? --k : ++k;
     const double inside = k == highest ? peak : spread.scan_point(k);
     const double outside = spread.scan_point(k) + (up ? pitch : -pitch);
     const auto above_half = [&](double x) { return spread(x).profile - 0.5 * top; };
-    if (above_half(inside) <= 0) return inside;  // by less than the scan is off
+    if (above_half(inside) <= 0) return inside;  // the difference is below the error of the scan
     if (above_half(outside) >= 0) return outside;
     return root(inside, outside, above_half);
   };

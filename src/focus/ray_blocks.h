@@ -7,8 +7,8 @@
 
 namespace aberfit::internal {
 
-/// Calls visit(block, first, used) for the rays [begin, end) in blocks the kernels take: `used` rays from ray
-/// `first` on; a rest that fills no vector comes as a padded copy, the padding has weight 0.
+/// Calls visit(block, first, used) for the rays [begin, end) in blocks for the kernels, with `used` rays from
+/// ray `first` on. A remainder that does not fill a vector is a copy, padded with weight 0.
 template <typename Visit>
 void for_each_block(const RayBundle& rays, Eigen::Index begin, Eigen::Index end, const Visit& visit) {
   const double* const from[5] = {rays.x.data(), rays.y.data(), rays.tx.data(), rays.ty.data(),
@@ -30,8 +30,7 @@ void for_each_block(const RayBundle& rays, Eigen::Index begin, Eigen::Index end,
   }
 }
 
-/// Rays are cut into groups whose sums are added in order, so that threads change no bit: the cut depends on
-/// the number of rays alone.
+/// Groups of rays whose sums are added in order. They depend only on the number of rays, not on threads.
 struct RayGroups {
   Eigen::Index rays;
   int count;
@@ -40,21 +39,20 @@ struct RayGroups {
   Eigen::Index begin(int g) const { return g == count ? rays : rays * g / count / kBlockRays * kBlockRays; }
 };
 
-/// Gives `v` at least `needed` entries, with room to grow so that a little more later needs no new memory.
+/// Gives `v` at least `needed` entries. Extra room avoids new memory when a little more is needed later.
 template <typename T>
 void make_room(std::vector<T>& v, std::size_t needed) {
   if (v.size() < needed) v.resize(needed + needed / 2 + 64);
 }
 
-/// Resizes, with an eighth to spare where new memory is needed anyway: the next evaluation's shells hold a
-/// few rays more.
+/// Resizes `v`. A new allocation has an eighth to spare, as the next evaluation may need a few more.
 template <typename T>
 void resize_with_spare(std::vector<T>& v, std::size_t size) {
   if (v.capacity() < size) v.reserve(size + size / 8 + 64);
   v.resize(size);
 }
 
-/// Sums of RaySums over all rays.
+/// Sums over all rays.
 RaySums sum_rays(const RayBundle& rays, int threads);
 
 }  // namespace aberfit::internal

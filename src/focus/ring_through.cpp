@@ -11,20 +11,20 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr int kPlanes = 4096;  // over the search range
+constexpr int kPlanes = 4096;
 constexpr double kFirstRange =
-    8;  // half range in ring / RMS ray slope; the half maximum of a Gaussian focus lies near 1
+    8;  // half range over ring / RMS ray slope; the half maximum of a Gaussian focus is near 1
 constexpr double kLastRange = 128;
-constexpr std::size_t kPlaneSlots = kPlanes + 3;  // one behind the last, one for rays that miss the ring
+constexpr std::size_t kPlaneSlots = kPlanes + 3;  // planes 0 .. kPlanes, one beyond, one for misses
 
 struct Profile {
-  double first = 0, pitch = 0;       // dz of plane 0 and distance of planes [m]
+  double first = 0, pitch = 0;       // dz of plane 0, and spacing of the planes [m]
   const std::vector<double>& share;  // N at every plane
   double at(std::size_t k) const { return first + pitch * double(k); }
 };
 
-// A ray is inside between the two roots of |X0 + z T|^2 = ring^2: it enters at the first plane at or above
-// the lower root and leaves at the first plane above the upper one.
+// A ray is inside the ring between the two roots of |X0 + z T|^2 = ring^2. It enters at the first plane at or
+// above the lower root and leaves at the first plane above the upper root.
 Profile count_planes(const RayBundle& rays, const Ring& ring, double half_range, int threads,
                      RingBuffers* buffers) {
   const RayGroups groups(rays.size());
@@ -59,7 +59,7 @@ Profile count_planes(const RayBundle& rays, const Ring& ring, double half_range,
 std::optional<RingWidth> width_of(const Profile& profile) {
   const std::vector<double>& n = profile.share;
   RingWidth width;
-  // The middle of the planes that share the largest count (a plateau for an aberration-free focus).
+  // The centre of the range of planes with the largest count; an aberration-free focus has a plateau.
   const auto highest = std::max_element(n.begin(), n.end());
   auto plateau_end = highest;
   while (plateau_end + 1 != n.end() && *(plateau_end + 1) == *highest) ++plateau_end;
@@ -84,8 +84,8 @@ std::optional<RingWidth> width_of(const Profile& profile) {
   return width;
 }
 
-// N(z) and its derivatives with the smooth indicator, from the rays that the kernel may touch in a window of
-// planes and the weight of those inside the ring all through the window.
+// N(z) and its derivatives with the smooth indicator. It uses the rays that the kernel may touch in a window
+// of planes, and the weight of those inside the ring throughout the window.
 class SmoothShare {
  public:
   SmoothShare(const RayBundle& rays, double total, const Ring& ring, double width, int threads,
@@ -102,7 +102,7 @@ class SmoothShare {
     buffers_.inside.resize(kMostWindows * std::size_t(groups_.count));
   }
 
-  // One pass over all rays: looks at `count` windows, kept as windows first, first + 1, ...
+  // Collects the rays of `count` windows in one pass. They become windows first, first + 1, ...
   void collect(int first, int count, const PlaneWindow* windows) {
     for (int w = 0; w < count; ++w) windows_[first + w] = windows[w];
     parallel_for(std::size_t(groups_.count), threads_, [&](std::size_t g) {
@@ -134,7 +134,7 @@ class SmoothShare {
   struct Value {
     double share, d_z, d_ring;
   };
-  // z: inside window w.
+  // z must lie inside window w.
   Value operator()(int w, double z) const {
     double sums[3] = {};
     for (int g = 0; g < groups_.count; ++g) {
@@ -144,7 +144,7 @@ class SmoothShare {
     return {sums[0] / total_, sums[1] / total_, sums[2] / (disc_.radius * total_)};
   }
 
-  // Adds scale * dN(z) over the rays: entries at the end, or onto those of a dense gradient.
+  // Adds scale * dN(z) over the rays, either as new entries or to a dense gradient.
   void add_gradient(int w, double z, double scale, RayGradient* gradient) const {
     alignas(64) double density[kBlockRays];
     for (int g = 0; g < groups_.count; ++g) {
@@ -197,7 +197,7 @@ class SmoothShare {
     s->ray[at] = ray;
   }
   static void finish(RingShell* s) {
-    room(s, s->used + s->used / 8 + kRayPadding);  // the next evaluation may find a few more
+    room(s, s->used + s->used / 8 + kRayPadding);  // spare room; the next evaluation may find a few more rays
     for (std::size_t i = s->used; i % kRayPadding != 0; ++i)
       s->x[i] = s->y[i] = s->tx[i] = s->ty[i] = s->weight[i] = 0.0;
   }
@@ -214,15 +214,15 @@ class SmoothShare {
 };
 
 enum Window { kPeak, kLower, kUpper };
-constexpr double kPeakWindow = 0.02, kLastPeakWindow = 0.4;  // half widths in the counted FWHM
+constexpr double kPeakWindow = 0.02, kLastPeakWindow = 0.4;  // half widths over the counted FWHM
 constexpr double kCrossingWindow = 0.003, kLastCrossingWindow = 1.3;
-constexpr int kScan = 17;  // planes that are looked at for the highest one
+constexpr int kScan = 17;  // planes of a scan for the highest one
 constexpr int kMiddle = kScan / 2;
-constexpr int kRefinements = 4;  // of the scan, each about the highest plane of the last
+constexpr int kRefinements = 4;  // scans, each about the highest plane of the previous one
 
-// The plane with the largest N within `half` of `centre`; nothing where it lies at the edge. N has many local
-// peaks, ragged as it is by single rays: following the one next to the counted peak would make the width jump
-// (by 1e-5 of itself) where two of them change order, while the largest N is continuous there.
+// The plane with the largest N within `half` of `centre`; nothing when it lies at the edge. N has many local
+// peaks, because single rays make it irregular. Following the peak next to the counted one would make the
+// width jump (by 1e-5 of itself) when two peaks change order. The largest N is continuous there.
 std::optional<double> highest_plane(const SmoothShare& share, double centre, double half) {
   for (int refinement = 0; refinement < kRefinements; ++refinement) {
     const double pitch = 2 * half / (kScan - 1);
@@ -236,7 +236,7 @@ std::optional<double> highest_plane(const SmoothShare& share, double centre, dou
     const double z = centre + pitch * (best - kMiddle);
     const double before = value[best - 1].d_z, after = value[best + 1].d_z;
     if (before == 0 && after == 0) return z;  // a plateau
-    const double from = z - 2 * pitch;  // the peak may lie in the focus: a distance above zero is looked for
+    const double from = z - 2 * pitch;  // the peak may lie at z = 0, so we solve for a positive distance
     if (before >= 0 && after <= 0)
       return from + root_between([&](double on) { return share(kPeak, from + on).d_z; }, pitch, 3 * pitch,
                                  before, after);
@@ -297,8 +297,7 @@ std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums&
   result.peak_share = top.share;
   const auto crossing = [&](Window w, double counted, double outward) -> std::optional<double> {
     const auto excess = [&](double z) { return share(w, z).share - 0.5 * top.share; };
-    // Wide kernels move crossings far from the counted ones: windows grow, though never inwards past the
-    // peak.
+    // Wide kernels move crossings far from the counted ones. Windows then grow, but not past the peak.
     for (double half = reach; half <= kLastCrossingWindow * start->fwhm; half *= 2) {
       if (half > share.window(w).half) {
         const PlaneWindow wider{counted, 2 * half};
@@ -318,8 +317,7 @@ std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums&
   result.upper = *upper;
   result.fwhm = *upper - *lower;
   if (!gradient && !d_ring) return result;
-  // Implicit function theorem on N(z) = N(peak)/2 at both crossings; the peak does not move N(peak) to first
-  // order.
+  // Implicit function theorem on N(z) = N(peak)/2 at both crossings; N is stationary at the peak.
   const SmoothShare::Value at_lower = share(kLower, *lower), at_upper = share(kUpper, *upper);
   if (at_lower.d_z == 0.0 || at_upper.d_z == 0.0) return std::nullopt;
   const double for_upper = -1.0 / at_upper.d_z, for_lower = 1.0 / at_lower.d_z;

@@ -8,13 +8,13 @@
 
 namespace aberfit::internal {
 
-/// Full width at half maximum of N(z), the share of light inside a ring of fixed radius about the nominal
-/// axis or the centroid of z = f.
+/// Full width at half maximum of N(z), the encircled energy of a fixed ring about the nominal axis or
+/// centroid.
 struct RingWidth {
   double fwhm = 0;                  ///< [m]
   double lower = 0, upper = 0;      ///< half-maximum crossings next to the peak, dz [m]
-  double peak = 0, peak_share = 0;  ///< where N is largest, and its value
-  int crossings = 2;  ///< of the half-maximum level inside the search range; more than 2: several peaks
+  double peak = 0, peak_share = 0;  ///< plane of the largest N [m], and N there
+  int crossings = 2;  ///< crossings of the half maximum in the search range; more than 2: several peaks
 };
 
 /// A ring of fixed radius [m] about a fixed centre.
@@ -30,7 +30,7 @@ struct RingShell {
   RayBlock block(std::size_t first, std::size_t most) const;  ///< padded
 };
 
-/// Memory kept from call to call.
+/// Memory that calls reuse.
 struct RingBuffers {
   std::vector<double> enter, leave;  // [group][plane]
   std::vector<double> share;         // per plane
@@ -38,15 +38,15 @@ struct RingBuffers {
   std::vector<double> inside;        // [group][window]
 };
 
-/// N counted exactly on a fine grid of planes (each ray gives one interval of z, binned once), crossings
-/// interpolated: relative error below 1e-5. Nothing when N does not fall to half on both sides within a
-/// hundred ring/slope lengths.
+/// Counts N exactly on a fine grid of planes, where each ray contributes one interval of z. Crossings are
+/// interpolated with a relative error below 1e-5. Returns nothing when N does not fall to half on both sides
+/// within 128 ring/slope lengths.
 std::optional<RingWidth> exact_ring_width(const RayBundle& rays, const RaySums& sums, const Ring& ring,
                                           int threads, RingBuffers* buffers);
 
-/// The smooth twin: N with the kernel integral of half-width `width` in radius, its peak and crossings by
-/// root finding over those rays that the kernel may touch near them. When `gradient` is given, it is replaced
-/// by d fwhm at fixed ring radius, dense when `dense`; d_ring is d fwhm / d ring radius.
+/// The smooth version: N with the kernel integral of half-width `width` in radius. Its peak and crossings
+/// come from root finding over the rays that the kernel may touch near them. `gradient`, when given, becomes
+/// d fwhm at fixed ring radius, dense when `dense`. d_ring is d fwhm / d ring radius.
 std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums& sums, const Ring& ring,
                                            double width, int threads, RingBuffers* buffers, bool dense,
                                            RayGradient* gradient, double* d_ring);

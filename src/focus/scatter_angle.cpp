@@ -8,7 +8,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Cross product of (tx, ty, 1) with (vx, vy, 1), its length and the dot product.
+// Cross product of (tx, ty, 1) and (vx, vy, 1), its length, and the dot product.
 struct Pair {
   double cx, cy, cz, cross, dot;
   Pair(double tx, double ty, double vx, double vy)
@@ -18,7 +18,7 @@ struct Pair {
   }
 };
 
-// Nominal directions of a block, padded as the block is.
+// Nominal directions of a block, with the same padding.
 class NominalBlock {
  public:
   NominalBlock(const RayBundle& nominal, Eigen::Index first, int used, int count)
@@ -39,7 +39,7 @@ class NominalBlock {
   double padded_[2][kRayPadding] = {};
 };
 
-// The slow ways, for blocks with angles beyond the kernels' series.
+// Slower functions for blocks with angles outside the range of the kernels' series.
 void add_angles(const RayBlock& rays, const NominalBlock& nominal, double* sums) {
   for (int i = 0; i < rays.count; ++i) {
     const Pair pair(rays.tx[i], rays.ty[i], nominal.tx()[i], nominal.ty()[i]);
@@ -53,7 +53,7 @@ void gradient_of_angles(const RayBlock& rays, const NominalBlock& nominal, doubl
   for (int i = 0; i < rays.count; ++i) {
     const double vx = nominal.tx()[i], vy = nominal.ty()[i];
     const Pair pair(rays.tx[i], rays.ty[i], vx, vy);
-    // angle = atan2(cross, dot): d(angle^2/2) = (angle/cross) (dot cross dcross - cross^2 ddot) / (cross^2 +
+    // For angle = atan2(cross, dot), d(angle^2/2) = angle/cross (dot cross dcross - cross^2 ddot)/(cross^2 +
     // dot^2).
     const double cross2 = pair.cross * pair.cross;
     double unit = scale * rays.weight[i] / (cross2 + pair.dot * pair.dot);

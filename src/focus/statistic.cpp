@@ -13,10 +13,9 @@
 namespace aberfit {
 namespace {
 
-// At most 6 significant digits, positional (an exponent would be one more spelling of the same name), no
-// trailing zeros, no -0.
+// At most 6 significant digits, without exponent, trailing zeros or -0, so that each value has one spelling.
 std::string digits(double value) {
-  const double rounded = std::strtod(fmt::format("{:.5e}", value).c_str(), nullptr);  // denormals, too
+  const double rounded = std::strtod(fmt::format("{:.5e}", value).c_str(), nullptr);  // for denormals too
   if (rounded == 0.0 || !std::isfinite(rounded)) return fmt::format("{}", std::abs(rounded));
   const int decimals = std::max(0, 5 - int(std::floor(std::log10(std::abs(rounded)))));
   std::string text = fmt::format("{:.{}f}", rounded, decimals);
@@ -42,7 +41,7 @@ std::string ring(const RingFwhm& statistic) {
   return name == "ee90" ? "" : "@ring=" + name;
 }
 
-// In the order of Statistic.
+// The kinds are in the order of Statistic.
 const StatisticKind kKinds[] = {
     {"ee", false, Dimension::kLength, true, true, true, false},
     {"ring_fwhm", true, Dimension::kLength, false, true, true, false},
@@ -61,7 +60,7 @@ static_assert(std::size(kKinds) == std::variant_size_v<Statistic>);
 const std::pair<const char*, Dimension> kSuffixes[] = {{"_m", Dimension::kLength},
                                                        {"_rad", Dimension::kAngle}};
 
-// The name before "@..." or "#...", and the rest.
+// The name before "@..." or "#...", and the remainder.
 std::pair<std::string, std::string> stem_of(const std::string& name) {
   const std::size_t stem = std::min(name.find_first_of("@#"), name.size());
   return {name.substr(0, stem), name.substr(stem)};
@@ -73,7 +72,7 @@ std::string suffix_of(Dimension dimension) {
   return "";
 }
 
-// What stands before the unit, where that is not the key, and what tells statistics of a kind apart.
+// stem: the part before the unit, unless it is the key. rest: distinguishes statistics of one kind.
 struct NameOf {
   std::string stem, rest;
 };

@@ -29,7 +29,6 @@ Eigen::VectorXd focus_statistics(const LightPath& path, const Eigen::VectorXd& c
 
 namespace {
 
-// The wave model with the surface of these coefficients.
 std::unique_ptr<WaveForward> waves_of(const LightPath& path, const Eigen::VectorXd& coefficients) {
   if (path.model != FocusModel::kWaves)
     throw std::invalid_argument("only waves have a diffraction pattern of the whole surface");

@@ -42,13 +42,13 @@ double pitch_of(const Eigen::ArrayXd& centres) {
   return centres.size() < 2 ? 0 : (centres[centres.size() - 1] - centres[0]) / double(centres.size() - 1);
 }
 
-// Blocks of a line of cells, symmetric about its middle: an odd number of cells has one block about the
-// middle cell where a block has a middle, else blocks begin there.
+// Blocks of a line of grid cells, symmetric about its middle. The middle cell of an odd line lies in the
+// middle of an odd block; otherwise a block begins at the middle.
 struct Line {
   Line(const Eigen::ArrayXd& centres, int side) {
     const auto count = int(centres.size());
     const bool middle = count % 2 == 1 && side % 2 == 1;
-    const int first = middle ? (count / 2 - side / 2) % side : (count / 2) % side;  // where a block begins
+    const int first = middle ? (count / 2 - side / 2) % side : (count / 2) % side;  // of a whole block
     const int before = first == 0 ? 0 : 1;
     const double pitch = pitch_of(centres);
     blocks.resize(std::size_t(count));
@@ -56,7 +56,7 @@ struct Line {
       blocks[std::size_t(i)] = std::uint32_t((i - first + before * side) / side);
     places.resize(Eigen::Index(blocks.back()) + 1);
     for (Eigen::Index b = 0; b < places.size(); ++b) {
-      const double begin = first + double(b - before) * side;  // cell
+      const double begin = first + double(b - before) * side;  // cell index
       places[b] = centres[0] + (begin + 0.5 * (side - 1)) * pitch;
     }
   }
@@ -64,14 +64,13 @@ struct Line {
   Eigen::ArrayXd places;
 };
 
-// On the mirror over f times the direction cosine, 1 + t^2, t = tan of half the angle.
+// Distance on the mirror over f times the direction cosine: 1 + t^2, t = tan of half the angle.
 double stretch(double x, double y, double focal_length) {
   const double sine2 = std::min(1.0, (x * x + y * y) / (focal_length * focal_length)),
                cosine = std::sqrt(1 - sine2);
   return 2 / (1 + cosine);
 }
 
-// Points of a grid, one after the other.
 struct Points {
   CartesianGrid grid;
   std::vector<double> x = {}, y = {};
@@ -98,7 +97,7 @@ struct Points {
   }
 };
 
-// So many blocks from the rim of the Zernikes on: nearer, errors come to a tenth of the largest derivative.
+// Distance [blocks] from the rim of the Zernikes; nearer, errors reach a tenth of the largest derivative.
 constexpr double kBlocksOfRim = 3;
 
 }  // namespace

@@ -6,15 +6,14 @@
 
 namespace aberfit::internal {
 
-/// Moments are computed on points that are exact for the order of the terms, whatever else is.
+/// True for moments, which are computed on points that are exact for the order of the terms.
 inline bool is_moment(const Statistic& statistic) { return kind_of(statistic).is_moment; }
 
-/// A moment of terms and scatter together: heights and slopes add in squares, and the mean angle as if the
-/// slopes of the terms were Gaussian, too (a Rayleigh mean). scatter: null without any.
+/// A moment of terms and scatter together. Heights and slopes add in squares; the mean angle assumes Gaussian
+/// slopes of the terms as well (a Rayleigh mean). scatter: null without any.
 double with_scatter(const MeanScatter* scatter, const Statistic& moment, double of_terms);
 
-/// Rays of the mirror through a pupil of their own. Moments are of the roughness: what segments stand apart
-/// is left out.
+/// Rays of the mirror through a separate pupil. Moments describe the roughness without segment errors.
 class MomentRays {
  public:
   MomentRays(const Mirror& mirror, PupilSample pupil, const TermSet& terms, const OperatorOptions& how,
@@ -22,7 +21,7 @@ class MomentRays {
   MomentRays(const MomentRays&) = delete;
   MomentRays& operator=(const MomentRays&) = delete;
   RayForward& rays() { return rays_; }
-  /// Coefficients of all terms.
+  /// coefficients: of all terms.
   void move_to(const Eigen::VectorXd& coefficients) {
     rays_.move_to(coefficients.head(surface_.terms().size()));
   }
@@ -33,8 +32,8 @@ class MomentRays {
   RayForward rays_;          // through both
 };
 
-/// On the points of moment_pupil, or of mean_angle_pupil where the mean angle is among the statistics, which
-/// are moments all; null where there is no such pupil.
+/// Uses the points of moment_pupil, or of mean_angle_pupil where the mean angle is among the statistics, all
+/// of which are moments. Null where there is no such pupil.
 std::unique_ptr<MomentRays> make_moment_rays(const Mirror& mirror, const Aperture& aperture,
                                              const TermSet& terms, const std::vector<Statistic>& moments,
                                              int threads);

@@ -19,7 +19,7 @@ RayForward::RayForward(const LightPath& path, std::vector<Statistic> statistics,
       of_revolution_(without_known_zernikes(path.mirror)),
       known_(known_zernike_field(path.mirror, path.pupil, {threads, {}, {}})) {
   if (path.scatter) add_scatter(*path.scatter, path.pupil, kScatterSeed, &known_);
-  // Scatter angles look at directions only; the rest is an eighth of the memory of a fit.
+  // Scatter angles need directions only; the rest is an eighth of the memory of a fit.
   for (Eigen::ArrayXd* unread : {&nominal_.x, &nominal_.y, &nominal_.weight}) unread->resize(0);
 }
 
@@ -37,10 +37,9 @@ FocusInput RayForward::input() const {
   return {rays_, nominal_, field_.height, path_.centre, path_.scatter ? path_.scatter->rms_height() : 0};
 }
 
-// The gradients over the rays come with the values: nearly every point that a solver tries is accepted, and
-// then they cost a fraction of a second look at the rays.
-// In focus nothing is known of a spot of thirty rounding errors of the rays' places, or fewer, but that
-// it is one: its values would be right to 1e-3 or worse (tests/stability/focus_edge_test.cpp).
+// Gradients over the rays are computed with the values: nearly every point of a solver is accepted, and they
+// then cost a fraction of a second pass. A focal spot of up to thirty rounding errors of the ray positions
+// has no usable size: its values would be right to 1e-3 or worse (tests/stability/focus_edge_test.cpp).
 bool RayForward::evaluate(double width, Eigen::VectorXd* values) {
   constexpr double kFew = 30 * std::numeric_limits<double>::epsilon();
   const double place = (path_.pupil.x.square() + path_.pupil.y.square()).maxCoeff();
@@ -66,7 +65,7 @@ bool RayForward::gradients(const GradientSink& sink) {
       over_rays[k] = &gradients_[k].rays;
       continue;
     }
-    if (height_weights_.slope_x.size() != d_height.size()) {  // its height is here only while it is used
+    if (height_weights_.slope_x.size() != d_height.size()) {  // the height is swapped in only for use
       height_weights_.slope_x.setZero(d_height.size());
       height_weights_.slope_y.setZero(d_height.size());
     }
@@ -79,8 +78,8 @@ bool RayForward::gradients(const GradientSink& sink) {
 }
 
 void RayForward::pull_back(const std::vector<const RayGradient*>& gradients, const GradientSink& sink) const {
-  // Dearest rows first, so that no thread is left with one at the end. Where these are fewer than threads,
-  // they are taken one by one and the operator shares out their points.
+  // The most expensive rows come first, so that no thread is left with one at the end. If they are fewer than
+  // the threads, they run one by one, and the operator divides their points among the threads.
   std::vector<std::size_t> sparse, dense;
   for (std::size_t k = 0; k < gradients.size(); ++k)
     if (gradients[k]) (gradients[k]->all_rays ? dense : sparse).push_back(k);

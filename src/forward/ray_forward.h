@@ -4,7 +4,7 @@
 namespace aberfit::internal {
 
 /// Statistics of the traced rays: coefficients -> L -> trace -> smooth statistics, one adjoint pass each.
-/// Scatter of the path turns each ray by its own slope, the same for every surface.
+/// Scatter tilts each ray by its own slope, the same for every surface.
 class RayForward : public ForwardModel {
  public:
   RayForward(const LightPath& path, std::vector<Statistic> statistics, int threads);
@@ -28,15 +28,15 @@ class RayForward : public ForwardModel {
   RayBundle nominal_;
   FocusInput input() const;
 
-  // What every surface has at the pupil points, once and for all: the known Zernikes of the mirror and the
-  // slopes of its scatter; and the rest of the mirror.
+  // Constant field at the pupil points: the known Zernikes of the mirror and the slopes of its scatter.
+  // of_revolution_ is the rest of the mirror.
   Mirror of_revolution_;
   SurfaceField known_, whole_;  // empty without any; whole_: field_ + known_
   SurfaceField field_;
   RayBundle rays_;
   FocusWorkspace workspace_;
   std::vector<StatisticGradient> gradients_;
-  SurfaceField height_weights_;  // slopes of zero, for statistics of the height alone
+  SurfaceField height_weights_;  // zero slopes, for statistics of the height alone
 };
 
 }  // namespace aberfit::internal

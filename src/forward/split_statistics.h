@@ -5,8 +5,8 @@
 
 namespace aberfit::internal {
 
-/// Statistics in two lists, and where they came from: those that waves compute in their own way, and those
-/// that remain properties of the traced surface.
+/// Statistics in two lists with their original indices: those that waves compute themselves, and those that
+/// are properties of the traced surface.
 struct SplitStatistics {
   std::vector<Statistic> own, geometric;
   std::vector<std::size_t> own_place, geometric_place;

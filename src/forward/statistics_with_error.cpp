@@ -19,7 +19,6 @@ using namespace internal;
 
 namespace {
 
-// Everything the statistics need of one pupil.
 struct Traced {
   SurfaceField field;
   RayBundle nominal, rays;
@@ -42,7 +41,7 @@ Eigen::VectorXd statistics_of(const LitMirror& lit, const Traced& traced,
                         statistics, threads, warnings);
 }
 
-// The scrambles as one pupil of as many times the rays.
+// The scrambles as one pupil with all their rays.
 Traced joined(std::vector<Traced> parts) {
   const auto n = Eigen::Index(parts.size());
   const auto append = [n](Eigen::ArrayXd& whole, const Eigen::ArrayXd& part, Eigen::Index k) {
@@ -65,9 +64,8 @@ Traced joined(std::vector<Traced> parts) {
   return whole;
 }
 
-// Where rays can tell the moments of the surface from points that are exact for its order, these replace what
-// the scrambles estimate; then nothing is left of the sampling error. The mean angle of terms and scatter
-// together stays with the rays, which know it.
+// Replaces the moments of the scrambles by those from points that are exact for the order of the surface,
+// which have no sampling error. The mean angle of terms and scatter together stays with the rays.
 void set_moments(const LitMirror& lit, const TermSet& terms, const Eigen::VectorXd& coefficients,
                  const std::vector<Statistic>& statistics, int threads, FreshStatistics* fresh) {
   const std::optional<Aperture> clear = without_margin(lit.aperture);
@@ -87,8 +85,8 @@ void set_moments(const LitMirror& lit, const TermSet& terms, const Eigen::Vector
   }
 }
 
-// Three grids that are coarser by kCoarserGrid or a little less, and whose other cells straddle the edge.
-// Pitches in units of the judging grid's, shifts in cells.
+// Three grids coarser by kCoarserGrid or a little less, which differ in the cells that straddle the edge.
+// Pitches are in units of the judging grid's, shifts in grid cells.
 struct CoarseGrid {
   double pitch;
   std::array<double, 2> shift;
@@ -96,14 +94,13 @@ struct CoarseGrid {
 constexpr CoarseGrid kCoarseGrids[] = {
     {kCoarserGrid, {0.0, 0.0}}, {kCoarserGrid, {0.25, -0.35}}, {0.93 * kCoarserGrid, {-0.4, 0.15}}};
 
-// An error that falls as pitch^2 with one sign is 1/(1.37^2 - 1) = 1.14 of its difference to the coarser
-// grid; one whose sign changes from grid to grid, half of the largest difference or less. The rest is for
-// the chance that three differences are small: 95 % hold with 1.3 and less in eleven scenes of twelve
-// (circles, annulus, rectangle, polygon, f/2 to f/7, g 0.4 to 4, 96 and 160 cells).
+// Bound over the largest difference. An error that falls as pitch^2 with one sign is 1/(1.37^2 - 1) = 1.14 of
+// its difference to the coarser grid; one with changing sign is at most half of the largest difference. The
+// rest covers the chance that three differences are small: 1.3 gives 95 % coverage in 11 of 12 scenes
+// (circles, annulus, rectangle, polygon, f/2 to f/7, g 0.4 to 4; tests/forward).
 constexpr double kBoundOverDifference = 1.5;
-// Aliasing falls with the pitch (0.4, 0.17 and 0.06 % of the cells on grids of 2, 1.41 and 1 safe pitches, of
-// Zernikes that are steep at the rim), so that the coarser grids alias twice as much and more, and the
-// difference, half as large again, is beyond what it does.
+// Aliasing falls with the pitch, so the coarser grids alias at least twice as much as the judging grid, and
+// 1.5 times the difference covers it.
 constexpr double kAliasedForTheError = kMostAliasedBeforeAFiner;
 
 Eigen::VectorXd by_waves(const LitMirror& lit, const FreshPupil& wanted, const PupilSample& pupil,
@@ -126,7 +123,7 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, c
   const auto pupil = [&](double of_pitch, std::array<double, 2> shift) {
     return diffraction_pupil(lit.aperture, lit.mirror.focal_length, of_pitch, shift).sample;
   };
-  // Rings are searched for on a grid of a few cells, and then followed.
+  // Rings are searched on a coarse grid, and then followed.
   DiffractionWorkspace workspace;
   workspace.follow_rings();
   std::vector<Statistic> rings = statistics;
@@ -145,7 +142,7 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, c
     fresh.value = fresh.standard_error = Eigen::VectorXd::Constant(there.back().size(), std::nan(""));
     return fresh;
   }
-  const PupilSample fine = pupil(pitch, {0, 0});  // not before: on millions of cells a GB
+  const PupilSample fine = pupil(pitch, {0, 0});  // made late because millions of cells take a GB
   fresh.rays = fine.size();
   fresh.value =
       by_waves(lit, wanted, fine, terms, coefficients, statistics,

@@ -15,7 +15,7 @@ std::optional<Warning> undersampled(const TermSet& terms, double pitch) {
     highest = std::max({highest, std::abs(mode.fx), std::abs(mode.fy)});
   for (const ZernikeMode& mode : terms.zernike)
     highest = std::max(highest, zernike_cutoff(mode.n, terms.radius));
-  constexpr double kRounding = 1e-9;  // of a pitch that is a difference of places
+  constexpr double kRounding = 1e-9;  // relative, for a pitch from a difference of positions
   if (2 * highest * pitch < 1 - kRounding) return std::nullopt;
   return Warning{"terms-undersampled",
                  fmt::format("terms of up to {} on points {} apart: no more than two a cycle, so that light "

@@ -6,9 +6,9 @@
 
 namespace aberfit::internal {
 
-/// What is wrong with points `pitch` [m] apart, in rows and columns, for these terms: fewer than two a cycle,
-/// where a wave of the surface looks like a longer one. Phases between cells may be small all the same (no
-/// `psf-aliased`), and rays may all meet the wave at one phase.
+/// Warning for points `pitch` [m] apart, in rows and columns, with fewer than two per cycle of these terms. A
+/// wave of the surface then aliases to a longer one. Phase steps between cells may be small all the same (no
+/// `psf-aliased`), and all rays may meet the wave at one phase.
 std::optional<Warning> undersampled(const TermSet& terms, double pitch);
 
 }  // namespace aberfit::internal

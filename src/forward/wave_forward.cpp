@@ -18,7 +18,7 @@ namespace {
 constexpr double kSamePoint = 1e-6;  // in pitches
 constexpr double kNarrower = 0.02;   // phases can narrow single rings of a pattern a little
 
-// The diffraction pupil that a pupil sample was taken from: its grid tells the pitch.
+// The diffraction pupil of a pupil sample, whose grid gives the pitch.
 DiffractionPupil pupil_of(const LightPath& path) {
   const auto refuse = [] {
     throw std::invalid_argument(
@@ -42,9 +42,9 @@ DiffractionPupil pupil_of(const LightPath& path) {
   return pupil;
 }
 
-// Height errors [m] of a parabola with the same focal length that turn the phase as the mirror does. A path
-// to the focus by way of the height z is sqrt(rho^2 + (f - z)^2) - z, by that of the parabola z_p it is f;
-// the difference is written so that nothing cancels. To first order it is the departure of the sags itself.
+// Height errors [m] of a parabola with the same focal length that have the phase of the mirror. A path to the
+// focus by way of the height z is sqrt(rho^2 + (f - z)^2) - z; for the parabola z_p it is f. The difference
+// is written so that nothing cancels. To first order it is the departure of the sags.
 Eigen::ArrayXd departure_of(const Mirror& mirror, const DiffractionPupil& pupil,
                             const OperatorOptions& options) {
   const PupilSample& sample = pupil.sample;
@@ -61,11 +61,11 @@ Eigen::ArrayXd departure_of(const Mirror& mirror, const DiffractionPupil& pupil,
   return departure;
 }
 
-// Where light has to be: a share of it inside a radius [m] in plane dz.
+// A required energy fraction inside a radius [m] in plane dz.
 struct Wanted {
   double fraction, radius, dz;
-  bool of_share;     // judged as the share inside the radius, else as the radius of the share
-  double tolerance;  // in the unit of what is judged
+  bool of_share;     // judged as the fraction inside the radius, else as the radius of the fraction
+  double tolerance;  // in the unit of the judged value
 };
 std::optional<Wanted> wanted_light(const Target& target) {
   if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic))
@@ -75,7 +75,7 @@ std::optional<Wanted> wanted_light(const Target& target) {
   return std::nullopt;
 }
 
-// The two farthest planes [m] in which statistics look at light, of those in front of the mirror; 0: none.
+// The two farthest planes [m] of the statistics, in front of the mirror; 0: none.
 std::array<double, 2> outermost_planes(const std::vector<Statistic>& statistics, double focal_length) {
   std::array<double, 2> ends{0, 0};
   for (const Statistic& statistic : statistics) {
@@ -86,8 +86,8 @@ std::array<double, 2> outermost_planes(const std::vector<Statistic>& statistics,
   return ends;
 }
 
-// Why light cannot be where it is wanted: the perfect mirror in focus holds less there. perfect: its value of
-// what is judged. Empty when nothing speaks against it.
+// Returns why a required energy fraction is out of reach: the perfect mirror in the focus holds less there.
+// perfect: its judged value. Empty where there is no such reason.
 std::string below_diffraction(const Wanted& wanted, double perfect) {
   const bool beyond = wanted.of_share ? wanted.fraction - wanted.tolerance > (1 + kNarrower) * perfect
                                       : wanted.radius + wanted.tolerance < (1 - kNarrower) * perfect;
@@ -113,7 +113,7 @@ WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& st
   const TermSet& terms = path.surface.terms();
   if (terms.segments && terms.segments_begin() == 0) return;
   moments_ = make_moment_rays(path.mirror, *path.aperture, terms, split_.geometric, threads);
-  if (!moments_)  // terms of so high an order that the cells have to do
+  if (!moments_)  // the order is too high; the grid cells are used
     moments_ = std::make_unique<MomentRays>(path.mirror, path.pupil, terms,
                                             focus_operator(FocusModel::kWaves, threads), split_.geometric);
 }
@@ -124,7 +124,7 @@ void WaveForward::move_to(const Eigen::VectorXd& coefficients) {
   known_ = false;
 }
 
-// Moments are on points of their own: who asks for nothing else needs no height of a cell.
+// Moments have points of their own; a caller that needs only them needs no cell heights.
 const Eigen::ArrayXd& WaveForward::height() {
   if (known_) return height_;
   path_.surface.apply(coefficients_, &field_);
@@ -140,7 +140,7 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
   Eigen::VectorXd some;
   if (!split_.geometric.empty()) {
     if (moments_)
-      exist = moments_->rays().evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
+      exist = moments_->rays().evaluate(width > 0 ? width : 1, &some);  // moments use no kernel
     else
       some = no_moments();
     for (std::size_t j = 0; j < split_.geometric.size(); ++j)
@@ -221,7 +221,7 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) {
     if (there.aliased_share > std::max(check.aliased_share, waves.aliased_limit)) check = std::move(there);
   }
   const bool finite = height().allFinite(), aliased = check.aliased_share > waves.aliased_limit;
-  // A surface that has no pattern has none of its statistics: said once.
+  // A surface without a pattern has none of its statistics, which is reported once.
   std::vector<std::string> without_pattern;
   const auto lacks = [&](std::size_t place) { return !std::isfinite(values[Eigen::Index(place)]); };
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)

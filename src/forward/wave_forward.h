@@ -10,11 +10,10 @@
 
 namespace aberfit::internal {
 
-/// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. Scatter
-/// angles and the RMS height are those of the same surface by rays, exact for the order of the terms whatever
-/// the grid (MomentRays): a sharp edge scatters as 1/r^3, so that waves have no finite second moment. Those
-/// of roughness that the terms do not stand for are added (with_scatter). The width of `evaluate` is not
-/// used: diffraction smooths by itself.
+/// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. The width of
+/// `evaluate` is not used, because diffraction smooths by itself. Scatter angles and the RMS height are those
+/// of the surface by rays, exact for the order of the terms on any grid (MomentRays), plus those of its
+/// scatter: a sharp edge scatters as 1/r^3, so waves have no finite second moment.
 class WaveForward : public ForwardModel {
  public:
   WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads);
@@ -46,8 +45,8 @@ class WaveForward : public ForwardModel {
   LightPath path_;
   int threads_;
   SplitStatistics split_;
-  std::unique_ptr<MomentRays> moments_;  // of split_.geometric, on points of their own; null without any,
-                                         // and where all of the roughness scatters
+  std::unique_ptr<MomentRays> moments_;  // of split_.geometric, on separate points; null without any, and
+                                         // where all roughness scatters
   std::unique_ptr<const HeightBlocks> blocks_;  // for derivatives; null: cell by cell
   SurfaceField field_;
   DiffractionPupil diffraction_pupil_;
@@ -55,7 +54,7 @@ class WaveForward : public ForwardModel {
   DiffractionWorkspace own_workspace_;
   DiffractionWorkspace& workspace_;
   Eigen::VectorXd coefficients_;
-  bool known_ = false;  // height_ of coefficients_
+  bool known_ = false;  // height_ belongs to coefficients_
   Eigen::ArrayXd height_;
   std::string trouble_;
 };

@@ -20,7 +20,8 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kMostOfData = 2;  // times the data: beyond, a percent sign or a unit was forgotten
+// A longer length, as a multiple of the data, means a forgotten percent sign or unit.
+constexpr double kMostOfData = 2;
 
 double length_of(const Extent& extent, double whole) {
   if (extent.percent) return 0.01 * extent.value * whole;
@@ -31,7 +32,6 @@ double length_of(const Extent& extent, double whole) {
   return extent.value;
 }
 
-// The smallest upright rectangle that holds every valid point.
 ApertureBox valid_box(const HeightMap& map) {
   ApertureBox box{kInfinity, -kInfinity, kInfinity, -kInfinity};
   for (Index r = 0; r < map.rows(); ++r)
@@ -106,13 +106,13 @@ Mask outside(const Profile& profile, const ClearRegion& region) {
   return result;
 }
 
-// Invalid samples and the ends of the data, widened by `by` along a line.
+// Marks every sample that has an invalid sample or an end of the data within `by` samples along its line.
 void widen(const Mask& invalid, Index by, bool rows, Mask* wide) {
   const Index lines = rows ? invalid.rows() : invalid.cols(), n = rows ? invalid.cols() : invalid.rows();
   wide->resize(invalid.rows(), invalid.cols());
   for (Index line = 0; line < lines; ++line) {
     const auto at = [&](Index i) { return i < 0 || i >= n || (rows ? invalid(line, i) : invalid(i, line)); };
-    Index last = -1 - by, next = -1;  // nearest invalid ones before and behind
+    Index last = -1 - by, next = -1;  // nearest invalid samples before and after
     for (Index i = 0; i < n; ++i) {
       if (at(i - 1)) last = i - 1;
       if (at(i)) last = i;

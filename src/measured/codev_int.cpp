@@ -1,5 +1,5 @@
 // CODE V interferogram files (.INT) with gridded data. Sources: Gwyddion modules/file/codevfile.c and prysm
-// prysm/io.py; where the two differ (order of nx and ny in what prysm writes) Gwyddion is followed.
+// prysm/io.py. Where they differ (order of nx and ny in files that prysm writes) we follow Gwyddion.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct IntHeader {
   std::optional<double> wavelength;  // [m]
   double counts_per_wave = 0;        // SSZ
   std::int64_t no_data = kDefaultNoData;
-  std::optional<double> x_scale;  // XSC: width of the map / its height
+  std::optional<double> x_scale;  // XSC: width of the map over its height
 };
 
 bool is_grid_header(std::string_view line) {
@@ -46,7 +46,7 @@ void require_height_type(const TextLines& lines, const std::string& type) {
   if (type != "SUR" && type != "WFR") lines.fail("type " + in_quotes(type), allowed);
 }
 
-// `line` is the last one of `lines`.
+// `line` is the last line that was read from `lines`.
 IntHeader read_header(const TextLines& lines, std::string_view line) {
   const auto word = words(line, kControls);
   const std::string kind = upper_case(word[0]);
@@ -55,7 +55,7 @@ IntHeader read_header(const TextLines& lines, std::string_view line) {
   if (!is_grid_header(line) || word.size() < 4)
     lines.fail(in_quotes(line), "the header GRD nx ny SUR|WFR WVL w SSZ s [NDA n] [XSC x]");
   IntHeader header;
-  // The first number counts the points along x.
+  // The first number is the number of points along x.
   header.columns = *parse_number<std::int64_t>(word[1]);
   header.rows = *parse_number<std::int64_t>(word[2]);
   if (header.columns < 1 || header.rows < 1 || header.columns > kMostMapPoints ||
@@ -67,7 +67,7 @@ IntHeader read_header(const TextLines& lines, std::string_view line) {
   header.wavefront = type == "WFR";
   for (std::size_t i = 4; i < word.size(); ++i) {
     const std::string key = upper_case(word[i]);
-    if (key == "NNB" || key == "NNR") continue;  // how to interpolate, no matter here
+    if (key == "NNB" || key == "NNR") continue;  // interpolation mode; it does not change the points
     if (key != "WVL" && key != "SSZ" && key != "NDA" && key != "XSC")
       lines.fail(in_quotes(word[i]), "WVL, SSZ, NDA, XSC or NNB");
     const std::string_view text = i + 1 < word.size() ? word[++i] : std::string_view();
@@ -90,7 +90,7 @@ IntHeader read_header(const TextLines& lines, std::string_view line) {
   return header;
 }
 
-// A file without a title shows its header at once; the numbers after it are no second one.
+// Returns true for a file without a title. The line after its header then holds only numbers.
 bool begins_with_header(const std::string& path) {
   TextLines lines(path);
   std::string_view line;
@@ -98,7 +98,7 @@ bool begins_with_header(const std::string& path) {
   return !next_with_content(&lines, &line) || line.find_first_not_of("+-0123456789 \t") == line.npos;
 }
 
-// Title and header: the first two lines with content that are no comments; a blank title is no line.
+// Reads title and header, the first two lines that are neither blank nor comments. The title may be missing.
 IntHeader find_header(const std::string& path, TextLines* lines, std::string* label) {
   std::string_view line;
   if (!next_with_content(lines, &line))
@@ -122,7 +122,7 @@ HeightMap read_codev_int(const MeasuredSource& source) {
   const std::optional<double> wavelength =
       agreed_length(path, "wavelength", source.wavelength, header.wavelength, kSameWavelength);
   if (!wavelength) throw MissingFact("wavelength", path, "GRD", "no WVL", "WVL [um], or option 'wavelength'");
-  // Every value takes a digit and a blank, so what the file cannot hold is not allocated.
+  // Every value needs a digit and a blank. Checking this first avoids allocating more than the file can hold.
   const std::int64_t points = header.columns * header.rows;
   if (points > std::int64_t(lines.bytes_left() / 2 + 1))
     lines.fail(fmt::format("a grid of {} x {} points before {} bytes of data", header.columns, header.rows,
@@ -131,8 +131,7 @@ HeightMap read_codev_int(const MeasuredSource& source) {
   const double factor = *wavelength / header.counts_per_wave *
                         surface_per_height(agreed_wavefront(path, source.wavefront, header.wavefront));
 
-  // There is no length in the file. A given pitch is that of the rows; XSC, where the file says it, makes the
-  // columns' of it, else the pixels are square.
+  // The file has no length. A given pitch applies to the rows; XSC, if any, gives that of the columns.
   const double pitch_y = source.pitch.value_or(0);
   const double pitch_x =
       header.x_scale ? pitch_y * *header.x_scale * double(header.rows) / double(header.columns) : pitch_y;
@@ -147,7 +146,7 @@ HeightMap read_codev_int(const MeasuredSource& source) {
       if (point == points)
         lines.fail("a number after the last point",
                    fmt::format("{} x {} numbers", header.columns, header.rows));
-      // The top row comes first.
+      // The file starts with the top row.
       if (*value != header.no_data)
         map.height(header.rows - 1 - point / header.columns, point % header.columns) =
             factor * double(*value);
@@ -165,13 +164,13 @@ std::string codev_int_text(const HeightMap& map, double wavelength, const std::s
     throw std::invalid_argument("CODE V INT: the wavelength must be positive");
   if (!(map.pitch_x > 0) != !(map.pitch_y > 0))
     throw std::invalid_argument("CODE V INT: the map has one pitch only");
-  // 32767 marks missing data, so the largest count is one less on both sides of zero. It belongs to the
-  // largest |h|: a factor from the signed maximum overflows for a map that lies below zero.
+  // 32767 marks missing data, so the largest count is 32766 on both sides of zero. It is assigned to the
+  // largest |h|, because a factor from the signed maximum would overflow for a map below zero.
   constexpr double kMostCounts = 32766;
   double largest = 0;
   for (const double h : map.height.reshaped())
     if (std::isfinite(h)) largest = std::max(largest, std::abs(h));
-  // Counts are made with the numbers as printed, so that printing them costs no accuracy.
+  // The counts use the printed wavelength and scale, so that printing them loses no accuracy.
   const std::string wavelength_text = fmt::format("{:.7g}", wavelength / kMetresPerMicrometre);
   const double printed_wavelength = std::stod(wavelength_text) * kMetresPerMicrometre;
   const std::string scale_text =
@@ -182,7 +181,7 @@ std::string codev_int_text(const HeightMap& map, double wavelength, const std::s
 
   std::string name = one_line(title, 80);
   if (name.empty() || name[0] == '!' || is_grid_header(name))
-    name = ("Map " + name).substr(0, 80);  // would be taken for a comment or the header
+    name = ("Map " + name).substr(0, 80);  // a reader would take the title for a comment or the header
   std::string header = fmt::format("GRD {} {} SUR WVL {} SSZ {} NDA {}", map.columns(), map.rows(),
                                    wavelength_text, scale_text, kDefaultNoData);
   const double aspect =

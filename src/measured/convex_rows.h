@@ -6,8 +6,8 @@
 
 namespace aberfit::internal {
 
-/// What the convex hull of the valid points covers of each row: first and last column, whole or broken; of a
-/// row that it does not reach, an interval without points (first > last).
+/// For each row, returns the columns that the convex hull of the valid points covers: first and last,
+/// possibly fractional. A row outside the hull gives an empty interval (first > last).
 std::vector<std::pair<double, double>> convex_rows(const HeightMap& map);
 
 }  // namespace aberfit::internal

@@ -1,5 +1,4 @@
-// DABAM, the open database of X-ray mirror profiles: Sanchez del Rio et al. 2016, J. Synchrotron Rad. 23,
-// 665.
+// DABAM, the database of X-ray mirror profiles: Sanchez del Rio et al. 2016, J. Synchrotron Rad. 23, 665.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -55,12 +54,12 @@ Json read_metadata(const std::string& path) {
     const std::size_t begin = text.rfind('\n', byte == 0 ? 0 : byte - 1);
     const std::string_view rest = std::string_view(text).substr(begin == std::string::npos ? 0 : begin + 1);
     fail_at_line(path, line, in_quotes(rest.substr(0, rest.find_first_of("\r\n"))), allowed);
-  } catch (const Json::exception&) {  // a number no double can hold
+  } catch (const Json::exception&) {  // a number outside the range of a double
     throw InputError(path, "", "JSON with a number beyond the range of a double", allowed);
   }
 }
 
-// Owners wrote numbers, strings with numbers, "" or null.
+// In DABAM files a value may be a number, a string with a number, "" or null.
 class Metadata {
  public:
   explicit Metadata(const std::string& path) : path_(path), json_(read_metadata(path)) {}
@@ -113,8 +112,8 @@ class Metadata {
   Json json_;
 };
 
-// X1_FACTOR must be there; X2_FACTOR and so on fall back on it. Factors of positions stay above zero: a
-// mirrored axis would leave open whether its slopes are mirrored, too.
+// X1_FACTOR is required; X2_FACTOR and so on default to it. Factors of positions must be positive: with a
+// mirrored axis it would be unclear whether the slopes are mirrored, too.
 double axis_factor(const Metadata& metadata, char axis, std::size_t scan) {
   const std::string first = fmt::format("{}1_FACTOR", axis);
   std::string key = fmt::format("{}{}_FACTOR", axis, scan);
@@ -125,7 +124,7 @@ double axis_factor(const Metadata& metadata, char axis, std::size_t scan) {
   return *factor;
 }
 
-// What a plot title says, as far as scan lines are told apart by it.
+// The properties of a plot title that distinguish scan lines.
 struct Title {
   std::optional<ProfileQuantity> quantity;
   bool residual = false;
@@ -136,8 +135,8 @@ Title title_of(const std::string& text) {
   return {quantity_of_word(text), lower_case(text).find("residual") != std::string::npos};
 }
 
-// A column behind the named one is a further scan line only where the metadata speak of it and mean the same
-// quantity: dabam-010 goes on with the residual height and two columns of slopes of the one scan.
+// A further column is a scan line only if the metadata describe it as the same quantity. In dabam-010, for
+// example, residual height and two slopes of the same scan follow.
 bool is_further_scan(const Metadata& metadata, std::size_t scan, ProfileQuantity quantity) {
   const std::string title_key = fmt::format("PLOT_TITLE_Y{}", scan);
   if (metadata.says(title_key)) {
@@ -191,7 +190,7 @@ std::vector<Profile> read_dabam(const std::string& path) {
     profiles.back().label = label_of(metadata, scan);
   };
   add(1);
-  // Metadata that name other columns than the first two mean these alone.
+  // If the metadata name columns other than the first two, only these are read.
   if (x_index != 0 || y_index != 1) return profiles;
   const bool pairs = *format >= 3;
   if (pairs && table.columns % 2 != 0)

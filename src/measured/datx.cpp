@@ -1,6 +1,5 @@
-// Zygo Mx .datx, an HDF5 file. The layout is not published; this is what prysm (prysm/io.py),
-// SurfaceTopography (IO/DATX.py and its tests, which follow Gwyddion) and the Superflat scripts of LEAPS
-// (ZygoDatx.py) agree on.
+// Zygo Mx .datx, an HDF5 file with unpublished layout. This reader follows what prysm (prysm/io.py),
+// SurfaceTopography (IO/DATX.py and its tests, after Gwyddion) and Superflat of LEAPS (ZygoDatx.py) agree on.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -19,7 +18,7 @@ using namespace internal;
 
 namespace {
 
-// The data set of the heights: the one in /Data/Surface, in other files /Measurement/Surface.
+// Opens the data set of the heights: the single one in /Data/Surface, or /Measurement/Surface.
 Hdf5Id surface_data(const Hdf5File& file) {
   if (!file.has(file.root(), "Data") && file.has(file.root(), "Measurement"))
     return file.data_set(file.group(file.root(), "Measurement", "/Measurement"), "Surface",
@@ -33,13 +32,12 @@ Hdf5Id surface_data(const Hdf5File& file) {
   return file.data_set(surfaces, file.names(surfaces, 1).front(), place);
 }
 
-// X, Y and Z Converter: how indices and values become lengths.
+// An X, Y or Z Converter, which maps indices or values to lengths.
 struct DatxConverter {
   std::string category, unit;
   std::vector<double> parameters;
 };
 
-// What the attributes of the data set say; nothing where there is no such attribute.
 class DatxAttributes {
  public:
   DatxAttributes(const Hdf5File& file, const Hdf5Id& object)
@@ -80,7 +78,7 @@ class DatxAttributes {
   std::map<std::string, Hdf5Value> values_;
 };
 
-// The attribute where it is there, else the parameter of the Z Converter; both have to say the same.
+// Returns the attribute, otherwise the parameter of the Z Converter. If both exist they must agree.
 double datx_factor(const std::string& path, const DatxAttributes& attributes, const std::string& name,
                    const DatxConverter& z, std::size_t parameter, double least, double most) {
   const std::optional<double> said = attributes.number(name);
@@ -96,7 +94,7 @@ double datx_factor(const std::string& path, const DatxAttributes& attributes, co
   return *value;
 }
 
-// Where the file does not say it, the option's.
+// Returns the wavelength [m] from the file, otherwise from the option.
 double datx_wavelength(const MeasuredSource& source, const DatxAttributes& attributes,
                        const DatxConverter& z) {
   constexpr const char* kName = "Wavelength";
@@ -112,7 +110,7 @@ double datx_wavelength(const MeasuredSource& source, const DatxAttributes& attri
       kSameWavelength);
 }
 
-// [m] of the surface in one unit of the data.
+// Returns the surface height [m] of one unit of the data.
 double datx_metres(const MeasuredSource& source, const DatxAttributes& attributes) {
   const DatxConverter z = attributes.converter("Z Converter").value_or(DatxConverter());
   const std::string unit = attributes.text("Unit").value_or(z.unit);
@@ -122,7 +120,7 @@ double datx_metres(const MeasuredSource& source, const DatxAttributes& attribute
   if (lower_case(unit) == "fringes") {
     if (source.value_factor || source.value_in_waves)
       refuse_option(source.path, "value_unit", source.value_in_waves ? "waves" : "a length", in_quotes(unit));
-    // The scale factor, waves of the surface in a fringe, makes it a surface already.
+    // The scale factor is in waves of surface height per fringe, so the result is the surface.
     return datx_wavelength(source, attributes, z) *
            datx_factor(source.path, attributes, "Interferometric Scale Factor", z, 2, 1e-6, 1e6) *
            datx_factor(source.path, attributes, "Obliquity Factor", z, 3, 1e-6, 1e6);
@@ -167,7 +165,7 @@ HeightMap read_datx(const MeasuredSource& source) {
   for (Eigen::Index row = 0; row < rows; ++row)
     for (Eigen::Index column = 0; column < columns; ++column) {
       const double value = values(row, column);
-      // The top row comes first.
+      // The file starts with the top row.
       if (std::isfinite(value) && !(value >= *no_data)) map.height(rows - 1 - row, column) = factor * value;
     }
   return map;

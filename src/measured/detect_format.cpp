@@ -29,7 +29,6 @@ bool is_dabam_metadata(std::string_view head) {
          head.find("\"FILE_FORMAT\"") != std::string_view::npos;
 }
 
-// The formats that begin with bytes of their own.
 MeasuredFormat format_of_magic(std::string_view head) {
   using enum MeasuredFormat;
   static constexpr std::pair<std::string_view, MeasuredFormat> kMagic[] = {{"\x88\x1b\x03\x6f", kZygo},
@@ -50,7 +49,7 @@ MeasuredFormat format_of_magic(std::string_view head) {
   return kAuto;
 }
 
-// The text of the head as readers of lines see it.
+// Returns the head as text in the form that the line readers see.
 std::string plain_text(std::string_view head) {
   const std::string text = utf8_text(head);
   std::string plain;
@@ -62,7 +61,7 @@ std::string plain_text(std::string_view head) {
   return plain;
 }
 
-// Of the .txt, of the .dat beside a .txt, or of the path without suffix.
+// True if `path` is the .txt, the .dat beside a .txt, or the common name without suffix.
 bool is_dabam(const std::string& path, const std::optional<std::string>& head) {
   if (head && is_dabam_metadata(*head)) return true;
   const fs::path name(path);
@@ -73,14 +72,13 @@ bool is_dabam(const std::string& path, const std::optional<std::string>& head) {
   return metadata && is_dabam_metadata(*metadata);
 }
 
-// The text formats of instruments whose first line names them.
 MeasuredFormat format_of_title(std::string_view line) {
   if (line.starts_with(kZygoXyzTitle) || line.starts_with(kZygoAsciiTitle)) return MeasuredFormat::kZygoText;
   if (line.starts_with(kWykoTextTitle)) return MeasuredFormat::kWykoText;
   return MeasuredFormat::kAuto;
 }
 
-// Columns, rows and numbers look like one column; what stands behind them does not.
+// The sizes and the heights look like a profile of one column; the notes at the end of the file do not.
 bool is_dftfringe(const std::string& path, const std::vector<std::string_view>& lines) {
   if (lines.size() < 3) return false;
   for (std::size_t i = 0; i < 2; ++i)
@@ -97,8 +95,7 @@ bool is_dftfringe(const std::string& path, const std::vector<std::string_view>& 
   return false;
 }
 
-// Lines of the head. A last one that is cut off stays only when it is long, as a row of a matrix is; its last
-// field goes.
+// Splits the head into lines. An incomplete last line is kept, without its last field, only if it is long.
 std::vector<std::string_view> lines_of(std::string_view head, bool cut) {
   constexpr std::size_t kLong = kHead / 4;
   std::vector<std::string_view> lines = words(head, "\r\n");
@@ -114,7 +111,7 @@ std::vector<std::string_view> lines_of(std::string_view head, bool cut) {
   return lines;
 }
 
-// Comments with '!', a title, then "GRD nx ny ..." or "ZFR n ...".
+// True for comments with '!', a title, then "GRD nx ny ..." or "ZFR n ...".
 bool is_codev_int(const std::vector<std::string_view>& lines) {
   int seen = 0;
   for (const std::string_view line : lines) {
@@ -125,7 +122,6 @@ bool is_codev_int(const std::vector<std::string_view>& lines) {
   return false;
 }
 
-// Numbers of a line; nothing when a field is none.
 std::optional<std::vector<double>> numbers_of(std::string_view line) {
   std::vector<std::string_view> fields;
   split(line, delimiter_of(line), &fields);
@@ -138,7 +134,7 @@ std::optional<std::vector<double>> numbers_of(std::string_view line) {
   return numbers;
 }
 
-// nx ny delx dely unitflag xdec ydec, then lines of four numbers or five.
+// True for the header nx ny delx dely unitflag xdec ydec, then lines of four or five numbers.
 bool is_zemax_grid_sag(const std::vector<std::string_view>& lines) {
   std::size_t seen = 0;
   for (const std::string_view line : lines) {
@@ -153,13 +149,12 @@ bool is_zemax_grid_sag(const std::vector<std::string_view>& lines) {
   return seen >= 2;
 }
 
-// Columns of numbers: a map when the file says so or when the first column does not go one way, else a
-// profile.
+// Columns are a map if the file declares one or the first column is not monotonic, otherwise a profile.
 MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool cut) {
   std::size_t columns = 0, rows = 0;
   bool map_key = false, profile_key = false, ascending = true, descending = true;
   bool names_seen = false, units_seen = false;
-  std::vector<std::vector<double>> first_rows;  // enough of them to see axes
+  std::vector<std::vector<double>> first_rows;  // enough of them to recognise axes
   bool same_second = true;
   double before = 0, second = 0;
   for (const std::string_view& whole : lines) {
@@ -182,12 +177,12 @@ MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool c
       units_seen = true;
       continue;
     }
-    // The row at the end of the head may be cut off.
+    // The last row of the head may be incomplete.
     if (cut && numbers && rows > 0 && numbers->size() < columns && &whole == &lines.back()) continue;
     if (!numbers || (rows > 0 && numbers->size() != columns)) return MeasuredFormat::kAuto;
     columns = numbers->size();
     const double first = numbers->front();
-    // Points x, y, height along a row of the map: x ascends, y stays.
+    // Points x, y, height follow a row of the map: x ascends and y stays constant.
     if (columns == 3 && rows > 0) same_second = same_second && (*numbers)[1] == second;
     if (columns == 3) second = (*numbers)[1];
     if (rows > 0) {
@@ -200,7 +195,7 @@ MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool c
   }
   if (rows == 0) return MeasuredFormat::kAuto;
   if (map_key) return MeasuredFormat::kMapText;
-  if (columns == 1) return MeasuredFormat::kProfileText;  // whose reader says what is missing
+  if (columns == 1) return MeasuredFormat::kProfileText;  // its reader reports what is missing
   if (profile_key || columns == 2) return MeasuredFormat::kProfileText;
   if (columns == 3 && same_second) return MeasuredFormat::kMapText;
   if (has_axes(first_rows)) return MeasuredFormat::kMapText;

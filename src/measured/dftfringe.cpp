@@ -11,10 +11,10 @@ using namespace internal;
 
 namespace {
 
-// In samples from the left and from the top.
+// Centre and radii in samples from the left and the top.
 struct FringeEllipse {
   double x = 0, y = 0, radius_x = 0, radius_y = 0;
-  // A sample is a square of which some part has to be inside: programs count from its middle or its corner.
+  // Any overlap with the square of a sample counts, because programs measure from its middle or its corner.
   bool touches(double column, double row) const {
     const double u = std::max(0.0, std::abs(column - x) - 0.5) / radius_x,
                  v = std::max(0.0, std::abs(row - y) - 0.5) / radius_y;
@@ -22,13 +22,13 @@ struct FringeEllipse {
   }
 };
 
-// What stands behind the numbers.
+// The notes after the numbers.
 struct FringeNotes {
   std::optional<FringeEllipse> outside, obstruction;
   std::optional<double> diameter, wavelength;  // [m]
 };
 
-// "ellipse x y rx ry", or "x y r" of a circle.
+// Reads "ellipse x y rx ry", or "x y r" for a circle.
 FringeEllipse fringe_ellipse(const TextLines& lines, const std::vector<std::string_view>& fields) {
   const std::size_t first = fields.size() > 1 && fields[1] == "ellipse" ? 2 : 1;
   std::vector<double> numbers;
@@ -68,7 +68,7 @@ FringeNotes fringe_notes(TextLines* lines) {
   return notes;
 }
 
-// The mirror's diameter is that of the ellipse around its samples.
+// The diameter of the mirror corresponds to the ellipse around its samples.
 double fringe_pitch(const MeasuredSource& source, const FringeNotes& notes) {
   if (!notes.diameter || !notes.outside) return source.pitch.value_or(0);
   return agreed_pitch(source, *notes.diameter / (2 * notes.outside->radius_x));
@@ -94,7 +94,7 @@ HeightMap read_dftfringe(const MeasuredSource& source) {
     lines.fail(fmt::format("{} x {} points", columns, rows),
                fmt::format("as many as {} bytes can hold", lines.bytes_left()));
   HeightMap map = empty_map(rows, columns, 0, 0);
-  // From the lowest row upwards; several numbers may share a line.
+  // The heights start with the lowest row. A line may hold several of them.
   for (Eigen::Index point = 0; point < map.height.size();) {
     if (!lines.next(&line)) lines.fail("the end of the file", fmt::format("{} heights", map.height.size()));
     find_words(line, kBlanks, &fields);
@@ -122,7 +122,7 @@ HeightMap read_dftfringe(const MeasuredSource& source) {
       const bool in_mirror = (!notes.outside || notes.outside->touches(double(column), from_top)) &&
                              !(notes.obstruction && notes.obstruction->touches(double(column), from_top));
       double& height = map.height(row, column);
-      // Points that the program left out are written as 0.
+      // The program writes omitted points as 0.
       height = in_mirror && height != 0 ? height * map.file_unit : std::numeric_limits<double>::quiet_NaN();
     }
   return map;

@@ -9,12 +9,11 @@
 #include "aberfit/core/units.h"
 #include "aberfit/measured/read_measurement.h"
 
-// What an option may add to a file: only what the file does not say itself. Messages have the names of the
-// study keys and the words of the command line.
+// Options supply facts that a file does not contain. Messages use study keys and words of the command line.
 
 namespace aberfit::internal {
 
-/// Relative differences up to which an option says the same as the file: pitches and units are written with
+/// Largest relative differences at which an option agrees with the file. Pitches and units are written with
 /// six digits or more, wavelengths often with three.
 inline constexpr double kSamePitch = 1e-6, kSameUnit = 1e-6, kSameWavelength = 1e-3;
 
@@ -24,8 +23,7 @@ inline constexpr double kSamePitch = 1e-6, kSameUnit = 1e-6, kSameWavelength = 1
                    file_says + ", which the file says; leave the option out");
 }
 
-/// Throws InputError naming `option` unless the option, where given, is finite and not zero (above zero when
-/// `positive`).
+/// Throws InputError that names `option` if its value is not finite, zero, or negative when `positive`.
 inline void check_option(const MeasuredSource& source, const std::optional<double>& value, const char* option,
                          bool positive) {
   if (!value || (std::isfinite(*value) && *value != 0 && (!positive || *value > 0))) return;
@@ -33,7 +31,7 @@ inline void check_option(const MeasuredSource& source, const std::optional<doubl
                    positive ? "a finite number above zero" : "a finite number other than zero");
 }
 
-/// The length the file says [m], else the option's; refused when they differ by more than `tolerance`.
+/// Returns the length in the file [m], otherwise the option. Throws InputError beyond a relative `tolerance`.
 inline std::optional<double> agreed_length(const std::string& path, const std::string& option,
                                            const std::optional<double>& given,
                                            const std::optional<double>& said, double tolerance) {
@@ -44,7 +42,7 @@ inline std::optional<double> agreed_length(const std::string& path, const std::s
   return said;
 }
 
-/// The factor of the unit the file says, else the option's; refused when they differ. `unit` is the file's.
+/// Returns the factor of the unit in the file, `unit`. Throws InputError if the option differs from it.
 inline double agreed_factor(const std::string& path, const std::string& option,
                             const std::optional<double>& given, double said, const std::string& unit) {
   if (given && !(std::abs(*given / said - 1) <= kSameUnit))
@@ -53,14 +51,14 @@ inline double agreed_factor(const std::string& path, const std::string& option,
   return said;
 }
 
-/// agreed_factor of the option value_unit, which may be waves.
+/// agreed_factor for the option value_unit, which may also be waves.
 inline double agreed_value_factor(const MeasuredSource& source, double said, const std::string& unit) {
   if (source.value_in_waves)
     refuse_option(source.path, "value_unit", "waves", fmt::format("'{}' ({:g} in SI)", unit, said));
   return agreed_factor(source.path, "value_unit", source.value_factor, said, unit);
 }
 
-/// The factor by the options, for a file that does not say it at `pointer`.
+/// Returns the factor that the options give, for a file that has none at `pointer`.
 inline double given_value_factor(const MeasuredSource& source, const std::string& pointer,
                                  const std::string& found, const std::string& allowed) {
   if (source.value_factor) return *source.value_factor;
@@ -71,15 +69,14 @@ inline double given_value_factor(const MeasuredSource& source, const std::string
   return *source.wavelength;
 }
 
-/// True for a wavefront: what the file says; refused when the option `of` says the other.
+/// Returns what the file states, true for a wavefront. Throws InputError if the option `of` contradicts it.
 inline bool agreed_wavefront(const std::string& path, const std::optional<bool>& given, bool said) {
   const auto name = [](bool wavefront) { return wavefront ? "wavefront" : "surface"; };
   if (given && *given != said) refuse_option(path, "of", name(*given), name(said));
   return said;
 }
 
-/// What heights are multiplied by to be those of the surface: light reflected at normal incidence goes over
-/// every height twice.
+/// Returns the factor from measured to surface heights: a reflected wavefront has twice the height.
 inline double surface_per_height(bool wavefront) { return wavefront ? 0.5 : 1.0; }
 
 }  // namespace aberfit::internal

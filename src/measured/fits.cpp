@@ -28,7 +28,7 @@ std::string message(int status) {
   return fmt::format("CFITSIO error {} ({})", status, text);
 }
 
-// CFITSIO on bytes in memory: no path ever meets its extended file names.
+// CFITSIO on bytes in memory, so that it never interprets a path by its extended file name syntax.
 class MemoryFits {
  public:
   MemoryFits(const std::string& path, std::string* bytes)
@@ -77,8 +77,7 @@ class MemoryFits {
     check(status, fmt::format("hdu {}", image.hdu));
   }
 
-  /// Where CFITSIO sees the data of the unit it is at must be inside what it has: it reads on without a look
-  /// at the end.
+  /// Checks that the data of the current unit lie within the buffer; CFITSIO does not check the end.
   void require_data_inside() const {
     LONGLONG header = 0, data = 0, end = 0;
     int status = 0;
@@ -90,7 +89,7 @@ class MemoryFits {
           fmt::format("data to byte {} in one reading of the header, to byte {} in another", end, size_),
           "a header without ambiguous keys");
   }
-  /// BSCALE and BZERO must be numbers of use; CFITSIO takes a scale of 0 and makes one value of all pixels.
+  /// Checks that BSCALE and BZERO are usable. CFITSIO accepts a scale of 0, which makes all pixels equal.
   void require_scale() const {
     for (const char* key : {"BSCALE", "BZERO"}) {
       const double value = number(key).value_or(1);
@@ -111,7 +110,7 @@ class MemoryFits {
 
 enum class Unit { kMetre, kRadian, kWave };
 
-// [m] (or the unit itself) per unit of the file; nothing for a unit that heights do not have.
+// Returns [m] (or the unit itself) per unit of the file; nothing for a unit that heights cannot have.
 std::optional<std::pair<double, Unit>> unit_of(std::string text) {
   text = lower_case(text);
   if (text.size() > 1 && text.ends_with('s')) text.pop_back();
@@ -121,10 +120,9 @@ std::optional<std::pair<double, Unit>> unit_of(std::string text) {
   return std::nullopt;
 }
 
-// What one unit of the image is in metres: of the wavefront, or of the surface where that is what was
-// measured.
+// Returns metres per unit of the image, of the wavefront or of the surface, whichever was measured.
 double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
-  // BUNIT is the standard's; Z_UNIT is what PROPER's prop_writemap writes.
+  // BUNIT is the standard key; PROPER's prop_writemap writes Z_UNIT.
   std::optional<std::pair<double, Unit>> unit;
   std::string name;
   for (const char* key : {"BUNIT", "Z_UNIT"}) {
@@ -132,7 +130,7 @@ double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
     if (!text || text->empty()) continue;
     name = *text;
     unit = unit_of(name);
-    if (!unit && !source.value_factor && !source.value_in_waves)  // else the option says it
+    if (!unit && !source.value_factor && !source.value_in_waves)  // otherwise the option gives the unit
       throw InputError(source.path, key, in_quotes(name),
                        "m, mm, um, micron, nm, pm, radian or wave, or option 'value_unit'");
   }
@@ -147,7 +145,7 @@ double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
   double factor = unit->first;
   if (kind == Unit::kMetre)
     return agreed_factor(source.path, "value_unit", source.value_factor, factor, name);
-  if (source.value_factor)  // a length where the file has a phase
+  if (source.value_factor)  // a length contradicts a phase in the file
     refuse_option(source.path, "value_unit", "a length", in_quotes(name));
   if (!source.wavelength)
     throw MissingFact("wavelength", source.path, "BUNIT", kind == Unit::kRadian ? "radians" : "waves",
@@ -156,8 +154,7 @@ double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
   return factor * *source.wavelength;
 }
 
-// MAPTYPE is what PROPER's prop_writemap writes, and our own export. Other words, "measured", say nothing of
-// heights; there and elsewhere the option has to say it.
+// PROPER's prop_writemap and our own export write MAPTYPE. For other words ("measured") the option decides.
 bool is_wavefront(const MeasuredSource& source, const MemoryFits& file) {
   const std::string type = file.text("MAPTYPE").value_or(""), word = lower_case(type);
   if (word == "wavefront") return agreed_wavefront(source.path, source.wavefront, true);
@@ -174,8 +171,8 @@ bool is_wavefront(const MeasuredSource& source, const MemoryFits& file) {
   return *source.wavefront;
 }
 
-// The length of a step along an axis in its own unit, negative where the axis runs backwards: the column of
-// the matrix CD, else CDELTn. Nothing where the file does not say it.
+// Returns the step along an axis in the unit of the axis, negative if the axis runs backwards. It comes from
+// the column of the matrix CD, otherwise from CDELTn; nothing if the file has neither.
 std::optional<double> axis_step(const MemoryFits& file, int axis) {
   const auto matrix = [&](int row) {
     return file.number(fmt::format("CD{}_{}", row, axis).c_str()).value_or(0);
@@ -191,15 +188,15 @@ bool axes_are_turned(const MemoryFits& file) {
   return false;
 }
 
-// The steps along x and y [m], with the signs of their directions; 0: the file does not say it.
+// Steps along x and y [m], negative if an axis runs backwards; 0: the file does not state it.
 struct Steps {
   double x = 0, y = 0;
 };
 Steps steps_of(const MemoryFits& file) {
-  // POPPY's two and PROPER's; PIXSCALE is left alone, it is an angle as often as a length.
+  // Keys of POPPY (two) and PROPER. PIXSCALE is not used because it can be an angle as well as a length.
   for (const char* key : {"PIXELSCL", "PUPLSCAL", "PIXSIZE"})
     if (const auto value = file.positive(key)) return {*value, *value};
-  // The standard's axes, where they are lengths along x and y.
+  // The standard's keys are used if the axes are lengths along x and y.
   if (axes_are_turned(file)) return {};
   const auto metres = [&](int axis) {
     const auto unit = metres_per_unit(file.text(fmt::format("CUNIT{}", axis).c_str()).value_or(""));
@@ -208,8 +205,7 @@ Steps steps_of(const MemoryFits& file) {
   return {metres(1), metres(2)};
 }
 
-// A plane, from 0, of the unit CFITSIO is at, NaN where it is blank. BSCALE, BZERO and BLANK are applied by
-// CFITSIO.
+// Reads a plane (from 0) of the current unit; blank pixels are NaN. CFITSIO applies BSCALE, BZERO and BLANK.
 Grid pixels(const std::string& path, const MemoryFits& file, const FitsImage& image, std::int64_t plane) {
   int dimensions = 0, status = 0;
   fits_get_img_dim(file.get(), &dimensions, &status);
@@ -238,21 +234,20 @@ Grid pixels(const std::string& path, const MemoryFits& file, const FitsImage& im
   return values;
 }
 
-// What is read of a file.
 struct FitsChoice {
   FitsImage image;
   std::optional<FitsImage> mask;
   std::int64_t plane = 0;  // from 0
-  Warnings warnings;       // what was chosen unasked
+  Warnings warnings;       // choices made without an option
 };
 
-// The pixels, NaN where they are not finite or left out by a mask; CFITSIO is at that one afterwards.
+// Returns the pixels, NaN where they are not finite or masked. CFITSIO may be at the mask afterwards.
 Grid valid_pixels(const std::string& path, const MemoryFits& file, const FitsChoice& choice) {
   constexpr double kInvalid = std::numeric_limits<double>::quiet_NaN();
   Grid values = pixels(path, file, choice.image, choice.plane);
   values = values.isFinite().select(values, kInvalid);
   if (choice.mask) {
-    // As fits_opd_bytes writes it: 0 where there is no measurement. Of a cube, it may have as many planes.
+    // In a mask 0 means no measurement, as in fits_opd_bytes. For a cube it may have as many planes.
     file.go_to(*choice.mask);
     const std::int64_t plane = choice.mask->planes == choice.image.planes ? choice.plane : 0;
     values = (pixels(path, file, *choice.mask, plane) != 0).select(values, kInvalid);
@@ -260,7 +255,7 @@ Grid valid_pixels(const std::string& path, const MemoryFits& file, const FitsCho
   return values;
 }
 
-// Images that may be meant: those that are no mask of another.
+// Returns the images that are not the mask of another image.
 std::vector<FitsImage> candidates(const std::vector<FitsImage>& images) {
   std::vector<FitsImage> found;
   for (const FitsImage& image : images)
@@ -271,12 +266,10 @@ std::vector<FitsImage> candidates(const std::vector<FitsImage>& images) {
   return found;
 }
 
-// The first image: of a file that is read for its pixels alone.
 FitsChoice first_image(const std::vector<FitsImage>& images) {
   return {candidates(images).front(), std::nullopt, 0, {}};
 }
 
-// The image that the option names, by its number or its EXTNAME.
 FitsImage named_image(const MeasuredSource& source, const std::vector<FitsImage>& images) {
   const auto number = parse_number<int>(*source.hdu);
   std::vector<FitsImage> found;
@@ -291,7 +284,7 @@ FitsImage named_image(const MeasuredSource& source, const std::vector<FitsImage>
                    "the name or the number of one of the images " + fits_image_list(images));
 }
 
-// The image of heights: the one that is named; the only one; the only one with a unit that heights have.
+// Chooses the image of heights: the named one, the only one, or the only one with a unit of heights.
 FitsChoice chosen_image(const MeasuredSource& source, const std::vector<FitsImage>& images) {
   FitsChoice choice;
   const std::vector<FitsImage> all = candidates(images);
@@ -325,8 +318,7 @@ FitsChoice chosen_image(const MeasuredSource& source, const std::vector<FitsImag
   return choice;
 }
 
-// What `use(file, choice)` makes of a file, packed by gzip or not, with CFITSIO at the image that
-// `choose(images)` takes.
+// Returns use(file, choice) for a file, gzipped or not, with CFITSIO at the image of choose(images).
 template <class Choose, class Use>
 auto at_image(const std::string& path, const Choose& choose, const Use& use) {
   std::string bytes = read_map_bytes(path);
@@ -339,7 +331,7 @@ auto at_image(const std::string& path, const Choose& choose, const Use& use) {
   const std::vector<FitsImage> images = find_fits_images(path, bytes);
   FitsChoice choice = choose(images);
   if (const FitsImage* mask = mask_of(choice.image, images)) choice.mask = *mask;
-  // Only what was checked goes to CFITSIO, with the last block filled up, as it reads whole blocks.
+  // CFITSIO gets only the checked bytes, with a padded last block because it reads whole blocks.
   constexpr std::uint64_t kBlock = 2880;
   const std::uint64_t end = std::max(choice.image.end, choice.mask ? choice.mask->end : 0);
   bytes.resize(std::size_t((end + kBlock - 1) / kBlock * kBlock), '\0');
@@ -363,7 +355,7 @@ HeightMap read_fits(const MeasuredSource& source) {
     const double halve = surface_per_height(is_wavefront(source, file));
     const double factor = halve * metres_per_value(source, file);
     const Steps steps = steps_of(file);
-    // Row 0 of FITS is the lowest, as ours is, unless the axis says otherwise.
+    // FITS has the lowest row first, as we do, unless the step is negative.
     HeightMap map =
         empty_map(choice.image.rows, choice.image.columns, agreed_pitch(source, std::abs(steps.x)),
                   agreed_pitch(source, std::abs(steps.y)));
@@ -379,8 +371,7 @@ HeightMap read_fits(const MeasuredSource& source) {
 
 namespace {
 
-// [m] or [rad] of a pixel: PIXELSCL of POPPY's images [arcsec], or the axis of the standard (CDELT1 or CD1_1
-// with CUNIT1).
+// Reads the pixel size [m] or [rad] from PIXELSCL (POPPY, [arcsec]), or from CDELT1 or CD1_1 with CUNIT1.
 void read_pixel(const MemoryFits& file, FocalImage* image) {
   if (const auto scale = file.positive("PIXELSCL")) {
     image->pixel = *scale * unit_factor("arcsec", Dimension::kAngle);
@@ -397,7 +388,7 @@ void read_pixel(const MemoryFits& file, FocalImage* image) {
   try {
     image->pixel = unit_factor(*unit, Dimension::kAngle) * std::abs(*step);
     image->is_angle = true;
-  } catch (const UnitError&) {  // of no length and no angle: the study has to say it
+  } catch (const UnitError&) {  // neither a length nor an angle: the study must give the pixel size
   }
 }
 

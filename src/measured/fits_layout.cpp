@@ -13,7 +13,6 @@ namespace {
 
 constexpr std::uint64_t kBlock = 2880, kCard = 80;
 
-// One header: its cards and what follows from them.
 class FitsHeader {
  public:
   FitsHeader(const std::string& path, std::string_view bytes, std::uint64_t start, int hdu)
@@ -27,8 +26,8 @@ class FitsHeader {
         if (c < 0x20 || c == 0x7f)
           throw InputError(path, fmt::format("hdu {}, byte {}", hdu, at), in_quotes(card),
                            "cards of 80 printable ASCII characters");
-      // At the card's begin (standard 4.1.2.1), where CFITSIO looks for it: who finds another END finds other
-      // data.
+      // END must be at the beginning of the card (standard 4.1.2.1), where CFITSIO expects it. A reader that
+      // accepted another END would find other data.
       if (card.starts_with("END") && trimmed(card) == "END") {
         data_ = (at + kCard + kBlock - 1) / kBlock * kBlock;
         return;
@@ -37,7 +36,7 @@ class FitsHeader {
     }
   }
 
-  /// The value of a key, without its comment and the quotes of a string.
+  /// Returns the value of a key without its comment and without the quotes of a string.
   std::optional<std::string_view> value(std::string_view key) const {
     for (const std::string_view card : cards_) {
       if (!card.starts_with(key) || trimmed(card.substr(0, 8)) != key || card.substr(8, 1) != "=") continue;
@@ -74,7 +73,7 @@ struct Layout {
   std::uint64_t data_bytes = 0;
 };
 
-// |BITPIX|/8 GCOUNT (PCOUNT + product of the axes), refused where it exceeds what is left of the file.
+// |BITPIX|/8 GCOUNT (PCOUNT + product of the axes). Throws InputError if it exceeds the rest of the file.
 Layout layout(const FitsHeader& header, bool primary, std::uint64_t file_bytes) {
   Layout found;
   const std::int64_t bits = header.integer("BITPIX", -64, 64);
@@ -89,7 +88,7 @@ Layout layout(const FitsHeader& header, bool primary, std::uint64_t file_bytes) 
   const bool groups = primary && header.is_true("GROUPS") && !found.axes.empty() && found.axes[0] == 0;
   const std::int64_t parameters = primary && !groups ? 0 : header.integer("PCOUNT", 0, kAny, 0);
   const std::int64_t group_count = primary && !groups ? 1 : header.integer("GCOUNT", 0, kAny, 1);
-  // Left of the file after the header; the last block need not be filled up.
+  // Bytes of the file after the header; the last block may be incomplete.
   const std::int64_t left = std::max<std::int64_t>(0, most - std::int64_t(header.data()));
   const auto too_large = [&](const std::string& key) {
     std::string sizes;
@@ -97,7 +96,7 @@ Layout layout(const FitsHeader& header, bool primary, std::uint64_t file_bytes) 
     header.fail(key, fmt::format("data of {} values of {} bits", sizes, std::abs(bits)),
                 fmt::format("no more than the {} bytes that follow the header", left));
   };
-  // A zero anywhere means no data, whatever the other axes say.
+  // A zero anywhere means no data, whatever the other axes are.
   const auto first = found.axes.begin() + (groups ? 1 : 0);
   std::int64_t count = dimensions == 0 ? 0 : 1;
   if (std::find(first, found.axes.end(), 0) != found.axes.end()) count = 0;
@@ -117,7 +116,7 @@ FitsImage image_of(const FitsHeader& header, int hdu, const Layout& found) {
   if (found.axes[0] > kMostMapPoints / found.axes[1])
     header.fail("NAXIS1", fmt::format("an image of {} x {} pixels", found.axes[0], found.axes[1]),
                 fmt::format("at most {} pixels", kMostMapPoints));
-  constexpr std::size_t kLongest = 68;  // of a text in a card
+  constexpr std::size_t kLongest = 68;  // characters of a text in a card
   FitsImage image;
   image.hdu = hdu;
   image.name = one_line(header.value("EXTNAME").value_or(""), kLongest);
@@ -139,7 +138,7 @@ std::vector<FitsImage> find_fits_images(const std::string& path, std::string_vie
   std::uint64_t start = 0;
   for (int hdu = 0; start + kCard <= bytes.size(); ++hdu) {
     const bool primary = hdu == 0;
-    // What follows the last unit may be anything (standard 3.5).
+    // Anything may follow the last unit (standard 3.5).
     if (!primary && !bytes.substr(start).starts_with("XTENSION=")) break;
     const FitsHeader header(path, bytes, start, hdu);
     if (primary && !header.is_true("SIMPLE"))

@@ -21,7 +21,7 @@ const char* const kCurveColumns =
     "columns radius (or diameter), share and, if wanted, noise, named with their units in the first row: "
     "\"radius_um, share, noise\"";
 
-// Columns of a curve: where they are, and what takes them to SI units.
+// Factors from the columns of a curve to SI units.
 struct CurveColumns {
   double radius_factor = 1, share_factor = 1, noise_factor = 1;
   bool is_angle = false;
@@ -88,12 +88,13 @@ CurveColumns curve_columns(const TextTable& table, const std::string& unit) {
 }  // namespace
 
 EncircledCurve read_encircled_curve(const std::string& path, const std::string& unit) {
-  constexpr double kOvershoot = 0.2;  // of the whole light: noise and a background that was taken off
+  // Tolerated excess over 1, for noise and an imperfectly subtracted background
+  constexpr double kOvershoot = 0.2;
   const TextTable table = read_text_table(path, {});
   const CurveColumns columns = curve_columns(table, unit);
   EncircledCurve curve;
   curve.is_angle = columns.is_angle;
-  // Many curves begin with (0, 0), which says nothing.
+  // Many curves begin with (0, 0), which carries no information.
   const std::size_t first = table.rows() > 0 && table(0, 0) == 0 && table(0, 1) == 0 ? 1 : 0;
   const auto count = Eigen::Index(table.rows() - first);
   curve.radius.resize(count);

@@ -12,14 +12,14 @@ namespace {
 
 enum class Way { kGwyddion, kTable, kPicture, kNumPy };
 
-// magic: how the file begins; suffix: how its name ends; either may be empty.
+// magic: first bytes of the file; suffix: end of its name; either may be empty.
 struct Foreign {
   std::string_view magic;
   const char *suffix, *what;
   Way way = Way::kGwyddion;
 };
 
-// Surfaces that Gwyddion opens (its "Supported file formats"), and what else people have.
+// Surface formats that Gwyddion opens (its "Supported file formats"), and other common files.
 constexpr Foreign kForeign[] = {
     {"DIGITAL SURF", ".sur", "a Digital Surf surface (.sur, MountainsMap)"},
     {"DSCOMPRESSED", ".sur", "a Digital Surf surface (.sur, MountainsMap)"},
@@ -78,7 +78,7 @@ void refuse_foreign_format(const std::string& path) {
     throw InputError(path, "", fmt::format("{}{}, which is not read here", foreign.what, known),
                      way_of(foreign.way));
   };
-  // Two letters alone are no mark: the name has to agree.
+  // A magic number of two letters is not conclusive, so the name must agree as well.
   constexpr std::size_t kTooShort = 2;
   for (const Foreign& foreign : kForeign)
     if (foreign.magic.size() > kTooShort && head.starts_with(foreign.magic)) refuse(foreign, "");

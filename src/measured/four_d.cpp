@@ -1,9 +1,10 @@
-// HDF5 files of 4D Technology's interferometers: of 4Sight /measurement0/genraw with data and attributes, of
-// 4Sight Focus /Measurement/SurfaceInWaves/Data. The layouts are not published; this is what readers of
-// observatories agree on (opticalib of INAF, catkit of STScI, FizCam scripts): values in waves, the top row
-// first, no data a number far beyond any surface or none, attributes such as wavelength = "632.8 nm" and
-// xpix = "0.1 mm". Whether the values are of the surface or of the wavefront depends on settings of the
-// instrument that the file does not hold, so it is asked for.
+// HDF5 files of 4D Technology's interferometers: data in /measurement0/genraw/data with attributes (4Sight),
+// or in /Measurement/SurfaceInWaves/Data (4Sight Focus). The layouts are not published. This reader follows
+// what readers of observatories agree on (opticalib of INAF, catkit of STScI, FizCam scripts): values in
+// waves, top row first, no data as a huge number, attributes such as wavelength = "632.8 nm" and xpix = "0.1
+// mm".
+// An instrument setting outside the file determines whether values are surface or wavefront, so the option
+// must state it.
 #include <cmath>
 #include <map>
 #include <optional>
@@ -18,23 +19,22 @@ using namespace internal;
 
 namespace {
 
-// An attribute that is a length with its unit; nothing where it is missing, zero, or has no unit.
+// Returns an attribute that is a length with its unit; nothing if it is missing, zero or has no unit.
 std::optional<double> length_attribute(const Hdf5File& file, const std::map<std::string, Hdf5Value>& values,
                                        const std::string& name) {
   const auto found = values.find(name);
   const auto text = found == values.end() ? std::nullopt : hdf5_text(file.bytes(), found->second);
   if (!text) return std::nullopt;
-  // A plain number would be read as metres.
+  // parse_quantity would read a plain number as metres.
   if (parse_finite(trimmed(*text))) return std::nullopt;
   try {
     const double length = parse_quantity(one_line(*text, 80), Dimension::kLength);
     return length > 0 ? std::optional(length) : std::nullopt;
-  } catch (const UnitError&) {  // "1 pix": not calibrated
+  } catch (const UnitError&) {  // a unit such as "1 pix": not calibrated
     return std::nullopt;
   }
 }
 
-// The group of the data and its name.
 struct FourDPlace {
   const char *top, *group, *data;
 };
@@ -71,7 +71,7 @@ HeightMap read_4d(const MeasuredSource& source) {
   const Grid values = file.matrix(data, inner + "/" + place->data);
   HeightMap map = empty_map(values.rows(), values.cols(), pitch, pitch);
   map.file_unit = factor;
-  // Ten thousand million waves are kilometres: a mark of no data, as the largest float is.
+  // 1e10 waves are kilometres. Such values, for example the largest float, mark missing data.
   constexpr double kNoData = 1e10;
   for (Eigen::Index row = 0; row < values.rows(); ++row)
     for (Eigen::Index column = 0; column < values.cols(); ++column)

@@ -13,8 +13,7 @@ std::mutex& hdf5_mutex() {
   return one;
 }
 
-// What the begin of the file says of all of it, and the headers that it leads to, which the library reads as
-// it opens the file. It takes sizes of nodes and headers unlooked.
+// Checks the superblock and the headers that the library reads on opening without a check of their sizes.
 void require_superblock(const FileBytes& file) {
   constexpr std::uint64_t kNowhere = ~std::uint64_t(0);
   if (file.text(0, 8) != "\x89HDF\r\n\x1a\n") file.fail(0, "other bytes", "the signature of HDF5");
@@ -36,7 +35,7 @@ void require_superblock(const FileBytes& file) {
     require_hdf5_group(file, root);
     return;
   }
-  constexpr unsigned kLargest = 1024;  // 4 and 16 unless somebody wants others
+  constexpr unsigned kLargest = 1024;  // the defaults are 4 and 16
   for (const std::uint64_t place : {16, 18})
     if (const unsigned k = file.at<std::uint16_t>(place); k < 1 || k > kLargest)
       file.fail(place, fmt::format("nodes of order {}", k), fmt::format("1 to {}", kLargest));
@@ -45,26 +44,25 @@ void require_superblock(const FileBytes& file) {
   require_hdf5_group(file, root);
 }
 
-// The file as the library sees it: bytes in memory, so that it opens no other one.
+// Opens the file from memory, so that the library opens no other file.
 Hdf5Id open_image(const std::string& path, std::string& bytes) {
   const Hdf5Id access(path, "", H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_fapl_core(access.get(), 1 << 16, false);
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   H5Pset_file_image(access.get(), bytes.data(), bytes.size());
-  // The library looks for a file of that name first; below a regular file there is none.
+  // The library first looks for a file of this name. Below a regular file there is none.
   const std::string name = path + "/image";
   return Hdf5Id(path, "", H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
 }
 
-// Where the object header begins.
 std::uint64_t address_of(const Hdf5Id& object) {
   H5O_info_t info{};
   return H5Oget_info_by_name2(object.get(), ".", &info, H5O_INFO_BASIC, H5P_DEFAULT) < 0 ? HADDR_UNDEF
                                                                                          : info.addr;
 }
 
-// Where the header of a member of the file itself begins; nothing for links to other files, which are not
-// followed. The link alone is read: the library asks for as much memory as a header claims, unlooked.
+// Returns the header address of a member in this file; nothing for a link to another file. Only the link is
+// read, because the library allocates whatever a header claims.
 std::optional<std::uint64_t> member_address(const Hdf5Id& group, const std::string& name) {
   H5L_info_t link{};
   if (H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) <= 0 ||
@@ -73,8 +71,7 @@ std::optional<std::uint64_t> member_address(const Hdf5Id& group, const std::stri
   return link.u.address;
 }
 
-// Refuses data that are not in the file itself, that need a plug-in, or that take more memory than the file
-// can hold.
+// Throws InputError for data in other files, data that need a plug-in, or data larger than the file can hold.
 void require_bounded(const std::string& path, const std::string& place, std::uint64_t file_bytes,
                      const Hdf5Id& data, std::uint64_t points) {
   const Hdf5Id type(path, place, H5Dget_type(data.get()), H5Tclose);
@@ -110,7 +107,7 @@ void require_bounded(const std::string& path, const std::string& place, std::uin
                      fmt::format("1 to {} bytes", most));
 }
 
-// The bytes, once what the library reads as it opens the file is known to lie in it.
+// Returns the bytes after checking what the library reads on opening.
 const FileBytes& checked(const FileBytes& bytes) {
   require_superblock(bytes);
   return bytes;
@@ -212,7 +209,7 @@ bool is_4d_hdf5(const std::string& path) {
     if (file.has(file.root(), "measurement0")) return true;
     if (!file.has(file.root(), "Measurement")) return false;
     return file.has(file.group(file.root(), "Measurement", "/Measurement"), "SurfaceInWaves");
-  } catch (const InputError&) {  // its reader says what is wrong with it
+  } catch (const InputError&) {  // the reader of the format reports what is wrong
     return false;
   }
 }

@@ -1,5 +1,5 @@
 #pragma once
-#define H5_USE_18_API  // links and objects have addresses; from 1.12 on tokens
+#define H5_USE_18_API  // this API has addresses of links and objects; that of 1.12 has tokens
 #include <hdf5.h>
 
 #include <map>
@@ -13,14 +13,13 @@
 #include "hdf5_values.h"
 #include "map_reading.h"
 
-// HDF5 files in memory, looked at before the library does: it takes sizes of nodes, headers and attributes
-// unlooked, and would follow links into other files.
+// HDF5 files in memory, checked before the library reads them. The library trusts the sizes of nodes, headers
+// and attributes, and would follow links into other files.
 
 namespace aberfit::internal {
 
-/// HDF5 is not made for several threads, and prints its errors unless it is told not to; also at the end of
-/// the program, where it finds that it lost count of its objects in damaged files, unless it is told before
-/// its first use to leave its end out. All that is opened is closed while one of these lives.
+/// Locks HDF5, which is not thread-safe, silences its messages, and disables its exit handler, which would
+/// report errors for damaged files at program end. All open objects must be closed while this one exists.
 class QuietHdf5 {
  public:
   QuietHdf5();
@@ -34,7 +33,7 @@ class QuietHdf5 {
   void* data_ = nullptr;
 };
 
-/// An object of the library, closed with this.
+/// An object of the library, closed by the destructor.
 class Hdf5Id {
  public:
   using Close = herr_t (*)(hid_t);
@@ -53,8 +52,8 @@ class Hdf5Id {
   Close close_;
 };
 
-/// A file and what is read of it. `place` of an object: how messages name it, "/Data/Surface". Everything
-/// throws InputError for damage, and for what lies in other files. One at a time in the program.
+/// A file and its parts. `place` names an object in messages, for example "/Data/Surface". All functions
+/// throw InputError for damage and for data in other files. Only one such object may exist at a time.
 class Hdf5File {
  public:
   explicit Hdf5File(const std::string& path);
@@ -65,19 +64,19 @@ class Hdf5File {
   const FileBytes& bytes() const { return file_bytes_; }
   const Hdf5Id& root() const { return root_; }
 
-  /// True for a member of the file itself, not for links to others.
+  /// Returns true for a member in this file, false for a link to another file.
   bool has(const Hdf5Id& group, const std::string& name) const;
-  /// Its members' names, at most `most`, in the order of the alphabet.
+  /// Returns the names of its members in alphabetical order, at most `most`.
   std::vector<std::string> names(const Hdf5Id& group, std::size_t most) const;
   std::size_t count(const Hdf5Id& group) const;
   Hdf5Id group(const Hdf5Id& parent, const std::string& name, const std::string& place) const;
   Hdf5Id data_set(const Hdf5Id& parent, const std::string& name, const std::string& place) const;
   /// See hdf5_attributes.
   std::map<std::string, Hdf5Value> attributes(const Hdf5Id& object) const;
-  /// The numbers of a data set of rows and columns, no more than the file can hold, row 0 first.
+  /// Returns the numbers of a two-dimensional data set, row 0 first, limited by the size of the file.
   Grid matrix(const Hdf5Id& data, const std::string& place) const;
 
-  /// Throws the InputError of a file of a layout that is not known, which says what its top level holds.
+  /// Throws InputError for an unknown layout; the message lists the top level of the file.
   [[noreturn]] void refuse_layout() const;
 
  private:
@@ -90,7 +89,7 @@ class Hdf5File {
   Hdf5Id root_;
 };
 
-/// True for an HDF5 file with the groups of 4D Technology; false for others and for damaged ones.
+/// Returns true for an HDF5 file with the groups of 4D Technology; false for others and for damaged ones.
 bool is_4d_hdf5(const std::string& path);
 
 }  // namespace aberfit::internal

@@ -23,7 +23,7 @@ std::uint64_t little_number(const FileBytes& bytes, std::uint64_t place, unsigne
   return value;
 }
 
-// The datatype at `*place`, which goes to its end; nothing for a type that is not needed here.
+// Reads the datatype at `*place` and moves `*place` to its end; nothing for a type that is not needed here.
 std::optional<Hdf5Type> read_type(const FileBytes& bytes, std::uint64_t* place, int depth = 0) {
   const unsigned head = bytes.at<std::uint8_t>(*place), version = head >> 4,
                  flags = bytes.at<std::uint16_t>(*place + 1);
@@ -43,7 +43,7 @@ std::optional<Hdf5Type> read_type(const FileBytes& bytes, std::uint64_t* place, 
     type.variable_text = type.kind == Hdf5Type::kVariable && (flags & 0x0f) == 1;
     if (type.kind == Hdf5Type::kArray) {
       const std::uint64_t rank = bytes.at<std::uint8_t>(*place);
-      *place += version < 3 ? 4 + 8 * rank : 1 + 4 * rank;  // sizes; before version 3 with a permutation
+      *place += version < 3 ? 4 + 8 * rank : 1 + 4 * rank;  // sizes; before version 3 also a permutation
     }
     auto base = read_type(bytes, place, depth + 1);
     if (!base) return std::nullopt;
@@ -62,7 +62,7 @@ std::optional<Hdf5Type> read_type(const FileBytes& bytes, std::uint64_t* place, 
                            : type.bytes < 1u << 24 ? 3
                                                    : 4;
     member.place = little_number(bytes, *place, width);
-    *place += width + (version == 1 ? 28 : 0);  // version 1 has sizes of an array
+    *place += width + (version == 1 ? 28 : 0);  // version 1 stores array sizes here
     auto of = read_type(bytes, place, depth + 1);
     if (!of) return std::nullopt;
     member.type = *std::move(of);
@@ -71,7 +71,6 @@ std::optional<Hdf5Type> read_type(const FileBytes& bytes, std::uint64_t* place, 
   return type;
 }
 
-// True for a dataspace of one value.
 bool is_one_value(const FileBytes& space) {
   const unsigned version = space.at<std::uint8_t>(0), rank = space.at<std::uint8_t>(1);
   constexpr unsigned kNull = 2;
@@ -81,7 +80,7 @@ bool is_one_value(const FileBytes& space) {
   return true;
 }
 
-// Version 1 pads name, type and space to multiples of 8; version 3 has a byte for the characters of the name.
+// Version 1 pads name, type and space to multiples of 8. Version 3 has a byte for the character set.
 void take_attribute(const FileBytes& file, std::uint64_t place, std::uint64_t length,
                     std::map<std::string, Hdf5Value>* values) {
   const FileBytes body = file.part(place, length);
@@ -102,7 +101,7 @@ void take_attribute(const FileBytes& file, std::uint64_t place, std::uint64_t le
                     Hdf5Value{*type, body.text(value, type->bytes)});
 }
 
-// Where the first messages of an object header are.
+// Returns the place of the first messages of an object header.
 Hdf5Block first_block(const FileBytes& file, std::uint64_t header, bool second, unsigned flags) {
   if (!second) return {header + 16, file.at<std::uint32_t>(header + 8)};
   const std::uint64_t place = header + 6 + (flags & 0x20 ? 16 : 0) + (flags & 0x10 ? 4 : 0);
@@ -110,7 +109,7 @@ Hdf5Block first_block(const FileBytes& file, std::uint64_t header, bool second, 
   return {place + width, little_number(file, place, width)};
 }
 
-// The elements that a value of variable length points to, of `element_bytes` each, in a global heap.
+// Returns the elements in a global heap to which a value of variable length points, `element_bytes` each.
 std::string_view heap_elements(const FileBytes& file, std::string_view pointer, std::uint64_t element_bytes) {
   const FileBytes where = file.with(pointer);
   const std::uint64_t count = where.at<std::uint32_t>(0), heap = where.at<std::uint64_t>(4);
@@ -134,7 +133,7 @@ std::string_view heap_elements(const FileBytes& file, std::string_view pointer, 
   file.fail(heap, fmt::format("a heap without value {}", index), "the value that an attribute points to");
 }
 
-// Calls `visit(type, place, length)` on the messages of an object header that are not shared.
+// Calls `visit(type, place, length)` for the messages of an object header that are not shared.
 template <class Visit>
 void visit_messages(const FileBytes& file, std::uint64_t header, const Visit& visit) {
   const bool second = file.holds(header, 4) && file.text(header, 4) == "OHDR";
@@ -158,7 +157,7 @@ void visit_messages(const FileBytes& file, std::uint64_t header, const Visit& vi
       if ((message_flags & kShared) == 0) visit(type, place, length);
       if (type == kHdf5Continuation) {
         Hdf5Block next = {file.at<std::uint64_t>(place), file.at<std::uint64_t>(place + 8)};
-        // In version 2 a signature stands before it, a checksum behind.
+        // In version 2 a signature precedes the block and a checksum follows it.
         if (second && next.length < 8)
           file.fail(place, "a part of a header without content", "8 bytes or more");
         if (second) next = {next.place + 4, next.length - 8};
@@ -175,7 +174,7 @@ void visit_messages(const FileBytes& file, std::uint64_t header, const Visit& vi
   }
 }
 
-// A link of a group of the newer kind, inside its message and to something in the file.
+// Checks that a link of a newer group lies inside its message and points into this file.
 void require_link(const FileBytes& file, std::uint64_t place, std::uint64_t length) {
   const FileBytes body = file.part(place, length);
   const unsigned flags = body.at<std::uint8_t>(1), kind = flags & 0x08 ? body.at<std::uint8_t>(2) : 0;
@@ -186,7 +185,7 @@ void require_link(const FileBytes& file, std::uint64_t place, std::uint64_t leng
   body.text(name + width, little_number(body, name, width));
 }
 
-// The tree of a group's members: every node where it is said to be, and the heap of their names.
+// Checks the tree of a group's members: every node has its signature, and so has the heap of names.
 void require_group_nodes(const FileBytes& file, std::uint64_t root, std::uint64_t heap) {
   constexpr std::uint64_t kNowhere = ~std::uint64_t(0);
   const auto require = [&](std::uint64_t place, std::string_view signature) {
@@ -204,7 +203,7 @@ void require_group_nodes(const FileBytes& file, std::uint64_t root, std::uint64_
     const unsigned level = file.at<std::uint8_t>(node + 5), count = file.at<std::uint16_t>(node + 6);
     for (const std::uint64_t beside : {file.at<std::uint64_t>(node + 8), file.at<std::uint64_t>(node + 16)})
       if (beside != kNowhere) require(beside, "TREE");
-    for (std::uint64_t child = 0; child < count; ++child) {  // before each its key
+    for (std::uint64_t child = 0; child < count; ++child) {  // a key precedes each child
       const std::uint64_t place = file.at<std::uint64_t>(node + 32 + 16 * child);
       require(place, level == 0 ? "SNOD" : "TREE");
       if (level == 0) continue;

@@ -15,7 +15,7 @@ using Point = Eigen::Vector2d;
 
 double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-// Corners of the convex hull of the valid points, in (column, row). Of each row only the ends can be corners.
+// Corners of the convex hull of the valid points in (column, row); only ends of rows can be corners.
 std::vector<Point> hull_corners(const HeightMap& map) {
   std::vector<Point> ends;  // ascending in row, then in column
   for (Eigen::Index row = 0; row < map.rows(); ++row) {
@@ -27,7 +27,7 @@ std::vector<Point> hull_corners(const HeightMap& map) {
     if (last > first) ends.push_back(Point(double(last), double(row)));
   }
   if (ends.size() < 3) return ends;
-  // Monotone chain (Andrew 1979); the products of integers are exact.
+  // Monotone chain (Andrew 1979). Products of integers are exact.
   std::vector<Point> corners;
   const auto chain = [&corners](const auto begin, const auto end) {
     const std::size_t start = corners.size();
@@ -37,7 +37,7 @@ std::vector<Point> hull_corners(const HeightMap& map) {
         corners.pop_back();
       corners.push_back(*point);
     }
-    corners.pop_back();  // begins the other chain
+    corners.pop_back();  // it starts the other chain
   };
   chain(ends.begin(), ends.end());
   chain(ends.rbegin(), ends.rend());
@@ -54,7 +54,7 @@ Circle circle_of(const Point& a, const Point& b) {
   return {middle.x(), middle.y(), (b - a).norm() / 2};
 }
 
-// Circumscribed circle; the widest pair's where the three lie on a line.
+// Circumscribed circle; for three points on a line the circle of the widest pair.
 Circle circle_of(const Point& a, const Point& b, const Point& c) {
   const Point u = b - a, v = c - a;
   const double twice_area = cross(u, v);
@@ -82,8 +82,7 @@ Circle enclosing_circle(const HeightMap& map) {
   std::vector<Point> points = hull_corners(map);
   if (points.empty()) return {map.x0, map.y0, 0};
   for (Point& point : points) point = Point(point.x() * map.pitch_x, point.y() * map.pitch_y);
-  // Incremental construction (Welzl 1991): linear in expectation once the order is random, and the order is
-  // the same in every run.
+  // Incremental construction (Welzl 1991), linear on average for a random order; the order is reproducible.
   const RandomStream stream(1, "enclosing_circle");
   for (std::size_t i = points.size() - 1; i > 0; --i)
     std::swap(points[i], points[std::size_t(stream.bits(i) % (i + 1))]);
@@ -98,7 +97,7 @@ Circle enclosing_circle(const HeightMap& map) {
         if (!holds(circle, points[k])) circle = circle_of(points[i], points[j], points[k]);
     }
   }
-  // The radius that rounding leaves no point outside of.
+  // Rounding may leave points outside, so the radius is enlarged to hold them all.
   for (const Point& point : points)
     circle.radius = std::max(circle.radius, std::hypot(point.x() - circle.x, point.y() - circle.y));
   circle.x += map.x0;

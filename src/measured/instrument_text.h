@@ -3,7 +3,7 @@
 
 namespace aberfit::internal {
 
-/// How the text formats of instruments begin.
+/// First words of the text formats of instruments.
 inline constexpr std::string_view kZygoXyzTitle = "Zygo XYZ Data File";
 inline constexpr std::string_view kZygoAsciiTitle = "Zygo ASCII Data File";
 inline constexpr std::string_view kWykoTextTitle = "Wyko ASCII Data File Format";

@@ -20,25 +20,24 @@
 #include "aberfit/measured/read_measurement.h"
 #include "file_options.h"
 
-// What the readers of height maps share: bytes, lines and the options that every map has.
+// Functions that all readers of height maps share: bytes, lines and the options of every map.
 
 namespace aberfit::internal {
 
-/// Most points a map may have; more is a damaged header or no job for this program.
+/// Largest number of points of a map. A larger one indicates a damaged header.
 inline constexpr std::int64_t kMostMapPoints = 1'000'000'000;
 
-/// Deflate makes no byte of less than a 1032nd of one.
+/// Largest ratio of unpacked to packed size that deflate can reach.
 inline constexpr std::uint64_t kMostByDeflate = 1032;
 
-/// The whole file. Throws InputError when it is no readable regular file.
+/// Returns the whole file. Throws InputError if it is not a readable regular file.
 inline std::string read_map_bytes(const std::string& path) {
   std::optional<std::string> bytes = file_bytes(path);
   if (!bytes) throw InputError(path, "", "a file that cannot be read", "a readable file");
   return *std::move(bytes);
 }
 
-/// Numbers and text at places of a binary file, counted in bytes from its begin. What lies beyond the end is
-/// an InputError.
+/// Numbers and text at byte positions of a binary file. Reading beyond the end throws InputError.
 class FileBytes {
  public:
   FileBytes(const std::string& path, std::string_view bytes, std::endian order)
@@ -60,7 +59,7 @@ class FileBytes {
     return place <= size() && length <= size() - place;
   }
   std::uint64_t size() const { return bytes_.size(); }
-  /// Other bytes of the same file: a part of these, or such as were copied.
+  /// Other bytes of the same file: a part of these bytes, or a copy.
   FileBytes part(std::uint64_t place, std::uint64_t length) const { return with(text(place, length)); }
   FileBytes with(std::string_view bytes) const { return FileBytes(path_, bytes, order_); }
 
@@ -74,7 +73,7 @@ class FileBytes {
   std::endian order_;
 };
 
-/// One line of text for a file of 7-bit text: other characters become spaces, the ends are trimmed.
+/// Returns one line of 7-bit text: other characters become spaces, the ends are trimmed.
 inline std::string one_line(std::string_view text, std::size_t most) {
   std::string clean;
   for (const char c : text) clean += c >= 0x20 && c < 0x7f ? c : ' ';
@@ -84,12 +83,12 @@ inline std::string one_line(std::string_view text, std::size_t most) {
   return clean;
 }
 
-/// Blanks and control characters, which separate words of a map.
+/// Blanks and control characters, which separate the words of a map.
 inline constexpr std::string_view kControls =
     "\x01\x02\x03\x04\x05\x06\a\b\t\n\v\f\r\x0e\x0f\x10\x11\x12\x13\x14\x15\x16\x17\x18\x19\x1a\x1b\x1c\x1d"
     "\x1e\x1f ";
 
-/// The next line that is neither blank nor a comment ('!').
+/// Reads the next line that is neither blank nor a comment ('!').
 inline bool next_with_content(TextLines* lines, std::string_view* line) {
   while (lines->next(line)) {
     const std::size_t first = line->find_first_not_of(kControls);
@@ -98,14 +97,12 @@ inline bool next_with_content(TextLines* lines, std::string_view* line) {
   return false;
 }
 
-/// The options of every map.
 inline void require_sane_options(const MeasuredSource& source) {
   check_option(source, source.pitch, "pitch", true);
   check_option(source, source.wavelength, "wavelength", true);
   check_option(source, source.value_factor, "value_unit", false);
 }
 
-/// Throws InputError unless a grid of that size is a map.
 inline void require_map_size(const std::string& path, const std::string& where, std::int64_t columns,
                              std::int64_t rows) {
   if (columns < 1 || rows < 1 || columns > kMostMapPoints || rows > kMostMapPoints / columns)
@@ -113,8 +110,7 @@ inline void require_map_size(const std::string& path, const std::string& where, 
                      fmt::format("1 to {} points", kMostMapPoints));
 }
 
-/// One pitch of a map [m]: what the file says, where that is a positive number, else the option's, else 0,
-/// unknown.
+/// Returns the pitch [m] of the file if positive, otherwise of the option, otherwise 0 (unknown).
 inline double agreed_pitch(const MeasuredSource& source, double said) {
   const bool known = said > 0 && std::isfinite(said);
   return agreed_length(source.path, "pitch", source.pitch, known ? std::optional(said) : std::nullopt,
@@ -122,7 +118,7 @@ inline double agreed_pitch(const MeasuredSource& source, double said) {
       .value_or(0);
 }
 
-/// Metres in a unit of length, which instruments write in any case: "um", "MICRON", "NanoMeters", "Angstrom".
+/// Returns metres per unit of length in any case: "um", "MICRON", "NanoMeters", "Angstrom".
 inline std::optional<double> metres_per_unit(std::string_view unit) {
   for (const std::string& name : {std::string(unit), lower_case(unit)}) {
     try {
@@ -133,7 +129,7 @@ inline std::optional<double> metres_per_unit(std::string_view unit) {
   return std::nullopt;
 }
 
-/// A map of invalid points with its origin in the middle; pitch 0 means unknown.
+/// Returns a map of invalid points with the origin in its middle; pitch 0 means unknown.
 inline HeightMap empty_map(Eigen::Index rows, Eigen::Index columns, double pitch_x, double pitch_y) {
   HeightMap map;
   map.height = Grid::Constant(rows, columns, std::numeric_limits<double>::quiet_NaN());

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kHole = std::numeric_limits<double>::quiet_NaN();
 
-// Three columns are points unless the file says otherwise: no map has a width of three.
+// Three columns are points unless the file states otherwise, because no map is three samples wide.
 bool holds_points(const TextTable& table) {
   if (const auto layout = key_value(table, "layout")) {
     if (lower_case(*layout) == "matrix") return false;
@@ -53,13 +53,13 @@ double scaled(const TextTable& table, std::size_t row, std::size_t column, doubl
   return value;
 }
 
-// The unit of the heights that comments say; "value units" is Gwyddion's key.
+// Returns the unit of the heights in the comments; "value units" is Gwyddion's key.
 std::string unit_key(const TextTable& table) {
   return key_value(table, "unit").value_or(key_value(table, "value units").value_or(""));
 }
 
-// Pitch of one axis [m] by the size of the whole map that Gwyddion writes, of `points` samples. The option
-// must agree with it as far as its digits go.
+// Returns the pitch of one axis [m] from the size of the whole map of `points` samples, which Gwyddion
+// writes. The option must agree with it within its printed digits.
 double pitch_of_size(const MeasuredSource& source, const TextTable& table, const std::string& key,
                      std::size_t points) {
   const double pitch = *length_key(table, key) / double(points);
@@ -106,18 +106,16 @@ HeightMap matrix_map(const MeasuredSource& source, const TextTable& table) {
   return map;
 }
 
-// The regular nodes that the positions of one axis lie on.
+// The regular grid points on which the positions of one axis lie.
 struct Axis {
   double first = 0, step = 0;
-  double nodes = 0;  // a double: bad files ask for more than an integer holds
+  double nodes = 0;  // a double, because a bad file may imply more than an integer holds
 };
 
-// Positions are rounded in the file: those closer than a millionth of the range are one, and each may lie a
-// twentieth of a step off its node.
+// Positions in a file are rounded: equal within 1e-6 of the range, up to 1/20 step off a grid point.
 constexpr double kSamePosition = 1e-6;
 constexpr double kOffNode = 0.05;
 
-// A matrix whose first row and column are positions.
 bool has_axes(const MeasuredSource& source, const TextTable& table) {
   if (source.columns || lower_case(key_value(table, "layout").value_or("")) == "matrix") return false;
   std::vector<std::vector<double>> rows(table.rows(), std::vector<double>(table.columns));
@@ -126,7 +124,7 @@ bool has_axes(const MeasuredSource& source, const TextTable& table) {
   return internal::has_axes(rows);
 }
 
-// The heights behind them, as points x, y, height.
+// Returns the heights after these axes as points x, y, height.
 TextTable points_of_axes(const TextTable& table) {
   TextTable points = table;
   points.columns = 3;
@@ -154,8 +152,8 @@ Axis axis_of(const TextTable& table, std::size_t column) {
   if (!(range > 0) || !std::isfinite(range))
     throw InputError(table.path, "column " + where, range == 0 ? "one position only" : "an infinite range",
                      "points on a regular grid of at least 2 x 2");
-  // Rounding spoils single gaps, hardly their mean: the step is the mean of all gaps close to the smallest,
-  // and the whole range over the number of steps once that is known.
+  // Rounding spoils single gaps but hardly their mean. The step is therefore the mean of the gaps close to
+  // the smallest, then the whole range over the number of steps.
   double smallest = range;
   for (std::size_t i = 1; i < positions.size(); ++i)
     if (const double gap = positions[i] - positions[i - 1]; gap > kSamePosition * range)
@@ -180,8 +178,8 @@ Eigen::Index node_of(const TextTable& table, std::size_t row, std::size_t column
   return Eigen::Index(std::round(node));
 }
 
-// Factor of the positions: the option, the unit of the name, or the pixel scale over the step. What the file
-// and the option `pitch` say must agree.
+// Returns the factor of the positions, from the option, the unit in the column name, or pixel scale over
+// step. The file and the option `pitch` must agree.
 double position_factor(const MeasuredSource& source, const TextTable& table, std::size_t column,
                        const Axis& axis) {
   const std::string named = column_name(table, column).unit;
@@ -205,7 +203,7 @@ double position_factor(const MeasuredSource& source, const TextTable& table, std
 
 HeightMap point_map(const MeasuredSource& source, const TextTable& table) {
   const Axis x = axis_of(table, 0), y = axis_of(table, 1);
-  // A pupil fills most of its grid; a grid that is almost empty means positions on none.
+  // A pupil fills most of its grid. An almost empty grid means that the positions lie on no grid.
   constexpr double kLeastFilled = 0.01;
   if (!(double(table.rows()) >= kLeastFilled * x.nodes * y.nodes))
     throw InputError(table.path, "",

@@ -5,7 +5,7 @@
 namespace aberfit::internal {
 namespace {
 
-// The step of numbers that ascend or descend evenly; 0 where they do not. Positions are rounded in the file.
+// Returns the step of evenly ascending or descending numbers, rounded in the file; otherwise 0.
 double even_step(const std::vector<double>& numbers) {
   constexpr double kUneven = 0.05;
   if (numbers.size() < kLeastOnAxis) return 0;

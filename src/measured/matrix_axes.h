@@ -4,13 +4,12 @@
 
 namespace aberfit::internal {
 
-/// Fewest positions of an axis that is recognised as one.
+/// Smallest number of positions that are recognised as an axis.
 inline constexpr std::size_t kLeastOnAxis = 4;
 
-/// True where the first row and the first column of a matrix are positions, whatever stands in their common
-/// corner: each has at least `kLeastOnAxis` numbers behind the corner, which ascend or descend in equal steps
-/// to a twentieth. A tilted plane has such rows, too, but its second row and column go on in the same steps.
-/// rows: the first rows of the matrix, of equal length.
+/// Returns true if the first row and column of a matrix are positions, whatever their common corner holds.
+/// Each needs `kLeastOnAxis` numbers after the corner in equal steps to 1/20. The second row and column must
+/// not continue in the same steps, as those of a tilted plane do. rows: the first rows, of equal length.
 bool has_axes(const std::vector<std::vector<double>>& rows);
 
 }  // namespace aberfit::internal

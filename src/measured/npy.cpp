@@ -22,10 +22,10 @@ struct NpyHeader {
   std::string type;  // "<f8"
   bool fortran_order = false;
   std::vector<std::int64_t> shape;
-  std::uint64_t data = 0;  // where it begins
+  std::uint64_t data = 0;  // position of the first value in bytes
 };
 
-// What stands behind `'key':` of the dictionary, up to its end; a tuple with its brackets.
+// Returns the text after `'key':` in the dictionary up to its end; a tuple includes its brackets.
 std::string_view npy_entry(const std::string& path, std::string_view dictionary, std::string_view key) {
   for (const char quote : {'\'', '"'}) {
     const std::string quoted = quote + std::string(key) + quote;
@@ -81,7 +81,7 @@ NpyType npy_number() {
           [](const FileBytes& file, std::uint64_t place) { return double(file.at<Number>(place)); }};
 }
 
-// The number behind the mark of the byte order.
+// Returns the number type; the first character of `type` is the byte order.
 NpyType npy_type(const std::string& path, const std::string& type) {
   const std::string kind = type.substr(std::min<std::size_t>(1, type.size()));
   const bool ordered = type.starts_with('<') || type.starts_with('>');
@@ -99,7 +99,7 @@ NpyType npy_type(const std::string& path, const std::string& type) {
                    "f4, f8 or integers of 1 to 8 bytes, such as <f8; array.astype(float) makes them");
 }
 
-// Which plane of a cube (planes, rows, columns), from 0.
+// Returns the chosen plane of a cube (planes, rows, columns), from 0.
 std::int64_t npy_plane(const MeasuredSource& source, const std::vector<std::int64_t>& shape) {
   const std::int64_t planes = shape.size() == 3 ? shape[0] : 1;
   if (!source.plane && planes > 1)
@@ -149,7 +149,7 @@ HeightMap read_npy(const MeasuredSource& source) {
       const std::int64_t index = header.fortran_order ? plane + planes * (row + rows * column)
                                                       : (plane * rows + row) * columns + column;
       const double value = factor * type.read(file, header.data + std::uint64_t(index) * type.bytes);
-      // As of a matrix of text, the first row is at the top unless the option says otherwise.
+      // As in a text matrix, the first row is at the top unless the option states otherwise.
       if (std::isfinite(value)) map.height(source.bottom_first ? row : rows - 1 - row, column) = value;
     }
   return map;

@@ -1,5 +1,5 @@
-// Wyko / Veeco / Bruker Vision .opd, binary and little-endian. The layout is not published; this is what
-// Gwyddion (modules/file/opdfile.c) and SurfaceTopography (IO/OPD.py) agree on.
+// Wyko / Veeco / Bruker Vision .opd, binary and little-endian. The layout is not published. This reader
+// follows what Gwyddion (modules/file/opdfile.c) and SurfaceTopography (IO/OPD.py) agree on.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using namespace internal;
 
 namespace {
 
-constexpr std::uint64_t kRecord = 24;  // of the directory: name 16, type 2, length 4, flags 2
+constexpr std::uint64_t kRecord = 24;  // bytes of a directory record: name 16, type 2, length 4, flags 2
 enum OpdType : unsigned {
   kOpdArray = 3,
   kOpdText = 5,
@@ -29,7 +29,7 @@ enum OpdType : unsigned {
 struct OpdBlock {
   std::string name;
   unsigned type = 0;
-  std::uint64_t record = 0;  // its place in the directory
+  std::uint64_t record = 0;  // position in the directory
   std::uint64_t first = 0, length = 0;
 };
 
@@ -37,7 +37,7 @@ std::string opd_name(std::string_view bytes) {
   return std::string(trimmed(bytes.substr(0, bytes.find('\0'))));
 }
 
-// The blocks with content; they follow the directory without gaps, in its order.
+// Returns the blocks with content. They follow the directory without gaps and in its order.
 std::vector<OpdBlock> opd_blocks(const FileBytes& file) {
   const std::string allowed = "a Wyko .opd, which begins with the bytes 1 and 0 and the word Directory";
   if (file.size() < 2 + kRecord) file.fail(0, fmt::format("a file of {} bytes", file.size()), allowed);
@@ -82,7 +82,7 @@ std::optional<double> opd_number(const FileBytes& file, const std::vector<OpdBlo
             "a number: type 6 of 2 bytes, 7 or 12 of 4, 8 of 8");
 }
 
-// The array of heights: the first one, unless the file names another one as its main data.
+// Returns the array of heights: the first one, unless the file declares another one as its primary data.
 const OpdBlock& heights_block(const FileBytes& file, const std::vector<OpdBlock>& blocks) {
   constexpr std::string_view kHeights[] = {"Raw", "RAW DATA", "RAW_DATA", "OPD", "SAMPLE_DATA"};
   const auto is_heights = [&](const OpdBlock& block) {
@@ -91,7 +91,7 @@ const OpdBlock& heights_block(const FileBytes& file, const std::vector<OpdBlock>
   const OpdBlock* found = nullptr;
   for (const OpdBlock& block : blocks)
     if (is_heights(block) && found == nullptr) found = &block;
-  // Two bytes of type, one of length, the name.
+  // The block holds two bytes of type, one of length, then the name.
   if (const OpdBlock* const main = opd_block(blocks, "PrimaryData2D"); main != nullptr && main->length > 3)
     if (const OpdBlock* const named =
             opd_block(blocks, opd_name(file.text(main->first + 3, main->length - 3)));
@@ -106,9 +106,9 @@ const OpdBlock& heights_block(const FileBytes& file, const std::vector<OpdBlock>
   return *found;
 }
 
-// [m] in one unit of the array.
+// Returns the height [m] of one unit of the array.
 double opd_factor(const MeasuredSource& source, const FileBytes& file, const std::vector<OpdBlock>& blocks) {
-  // Nanometres; a value outside this range is a wavelength in another unit or damage.
+  // Limits in nanometres. A value outside is a wavelength in another unit, or damage.
   constexpr double kShortest = 1, kLongest = 1e6;
   const std::optional<double> said = opd_number(file, blocks, "Wavelength");
   const bool sane = said && *said >= kShortest && *said <= kLongest;
@@ -148,16 +148,17 @@ HeightMap read_opd(const MeasuredSource& source) {
               fmt::format("6 + {} x {} x {} bytes", columns, rows, width));
   agreed_wavefront(source.path, source.wavefront, false);
   const double factor = opd_factor(source, file, blocks);
-  const double aspect = opd_number(file, blocks, "Aspect").value_or(1);  // of a pixel, y to x
+  // Pitch of a pixel along y over that along x.
+  const double aspect = opd_number(file, blocks, "Aspect").value_or(1);
   if (!(aspect > 0 && std::isfinite(aspect)))
     throw InputError(source.path, "Aspect", fmt::format("{}", aspect), "a positive number");
   const double pitch_x =
-      agreed_pitch(source, opd_number(file, blocks, "Pixel_size").value_or(0) * 1e-3);  // mm
+      agreed_pitch(source, opd_number(file, blocks, "Pixel_size").value_or(0) * 1e-3);  // the file has mm
 
   HeightMap map = empty_map(rows, columns, pitch_x, pitch_x * aspect);
   if (const OpdBlock* const title = opd_block(blocks, "Title"); title != nullptr && title->type == kOpdText)
     map.label = one_line(opd_name(file.text(title->first, title->length)), 80);
-  // Column after column, each from its lowest point upwards. The first numbers that mean no data:
+  // Columns are stored in sequence, each from its lowest point upwards. Values from these on mean no data.
   constexpr double kNoInteger = 32766, kNoFloat = 1e38;
   std::uint64_t place = heights.first + 6;
   for (Eigen::Index column = 0; column < columns; ++column)

@@ -13,23 +13,24 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kManyPoints = 0.01;    // of the valid ones
-constexpr double kStandsOut = 2;        // times the points of a height beside it
-constexpr double kLeftByOneStep = 0.5;  // of the points beside it
+constexpr double kManyPoints = 0.01;    // fraction of the valid points
+constexpr double kStandsOut = 2;        // ratio to the points of a neighbouring height
+constexpr double kLeftByOneStep = 0.5;  // fraction of the points beside it
 
-// A height of many points, and the heights next to it in the list of all.
+// A frequent height and its neighbours in the sorted list of heights.
 struct Level {
   double height = 0, below = kNaN, above = kNaN;
-  Index points = 0, most_beside = 0;  // of it, and of either of those next to it
+  // Points with this height, and the larger number of points of its two neighbours.
+  Index points = 0, most_beside = 0;
 };
 
 struct Levels {
   std::vector<Level> frequent;
-  double step = kInfinity;  // the finest between two heights: that of the rounding, where they are rounded
-  Index heights = 0;        // how many there are
+  double step = kInfinity;  // smallest difference of two heights: the rounding step, if they are rounded
+  Index heights = 0;        // number of different heights
 };
 
-// `sorted`: all heights, ascending. Maps have 1e8 points, so only the frequent ones are kept.
+// `sorted`: all heights, ascending. A map may have 1e8 points, so only frequent heights are kept.
 Levels levels_of(const std::vector<double>& sorted, double many) {
   Levels levels;
   Level before;
@@ -54,7 +55,6 @@ Levels levels_of(const std::vector<double>& sorted, double many) {
   return levels;
 }
 
-// The neighbours of a point along its row and column that lie on the grid.
 template <class Use>
 void each_neighbour(const Grid& height, Index row, Index column, const Use& use) {
   if (row > 0) use(row - 1, column);
@@ -63,9 +63,9 @@ void each_neighbour(const Grid& height, Index row, Index column, const Use& use)
   if (column + 1 < height.cols()) use(row, column + 1);
 }
 
-// Whether a rounded surface would be left through this height: by one step, up or down.
+// True if the points beside this height are one rounding step away, as on a rounded surface.
 bool left_by_one_step(const Grid& height, const Level& level, double step) {
-  constexpr double kRounding = 1.5;  // steps differ by the rounding of their unit, and two are no step
+  constexpr double kRounding = 1.5;  // unit conversion changes steps slightly; two steps stay distinct
   Index beside = 0, one_step = 0;
   for (Index row = 0; row < height.rows(); ++row)
     for (Index column = 0; column < height.cols(); ++column) {
@@ -88,8 +88,8 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-// Whether a surface crosses this height along lines, as that of an astigmatism crosses zero: the points have
-// no area, and their neighbours are as far from them as from the next ones.
+// True if the surface crosses this height along lines, as astigmatism crosses zero: the points cover no area,
+// and their neighbours are as far from them as from the next points.
 bool is_crossed(const Grid& height, double level) {
   constexpr double kInside = 0.25, kContinuous = 2;
   const auto at = [&](Index r, Index c) {
@@ -116,7 +116,6 @@ bool is_crossed(const Grid& height, double level) {
          median_of(std::move(to_level)) <= kContinuous * median_of(std::move(onwards));
 }
 
-// The most frequent height that is padding; none where there is none.
 std::optional<Level> most_frequent_padding(const Grid& height, const std::vector<double>& sorted,
                                            double many) {
   Levels levels = levels_of(sorted, many);
@@ -130,7 +129,7 @@ std::optional<Level> most_frequent_padding(const Grid& height, const std::vector
   return std::nullopt;
 }
 
-// Parts of what is marked that hang together along rows and columns.
+// Number of connected blocks of marked points, along rows and columns.
 Index blocks_of(const Mask& marked) {
   Mask left = marked;
   Index blocks = 0;
@@ -168,7 +167,7 @@ std::vector<Padding> find_padding(const HeightMap& map) {
   std::sort(sorted.begin(), sorted.end());
   std::vector<Padding> padding;
   HeightMap rest = map;
-  // Two marks side by side in the list of heights, 0 and -9999, would hide each other.
+  // Two marks that are neighbours in the list, such as 0 and -9999, would hide each other.
   while (const auto found = most_frequent_padding(rest.height, sorted, many)) {
     padding.push_back({found->height, found->points, 0, 0});
     rest.height = (rest.height == found->height).select(kNaN, rest.height);

@@ -26,7 +26,7 @@ bool unit_measures(const std::string& unit, ProfileQuantity quantity, const Meas
   try {
     if (quantity == ProfileQuantity::kSlope)
       factor_or_fail(unit, Dimension::kAngle, table, "");
-    else if (lower_case(unit).substr(0, 4) != "wave")  // a height, even without its wavelength
+    else if (lower_case(unit).substr(0, 4) != "wave")  // a height, even if the wavelength is unknown
       height_factor(unit, source, table, "");
     return true;
   } catch (const InputError&) {
@@ -34,7 +34,7 @@ bool unit_measures(const std::string& unit, ProfileQuantity quantity, const Meas
   }
 }
 
-// The option; else the word of the column, "# quantity:", or the unit.
+// The quantity comes from the option, otherwise from the column name, "# quantity:", or the unit.
 ProfileQuantity quantity_of(const MeasuredSource& source, const TextTable& table, const ColumnName& name,
                             const std::string& pointer) {
   if (source.quantity) return *source.quantity;
@@ -66,7 +66,7 @@ double x_factor_of(const MeasuredSource& source, const TextTable& table, const C
   const std::string unit = name.unit.empty() ? key_value(table, "x_unit").value_or("") : name.unit;
   if (source.x_factor) return x_factor_beside(source, table, unit);
   const std::string pointer = column_pointer(0, name);
-  // The distance of the rows says the unit of their positions as well.
+  // The given distance of the rows also determines the unit of their positions.
   if (const double step = mean_step(table, {}); unit.empty() && source.pitch && step > 0)
     return *source.pitch / step;
   if (unit.empty())
@@ -75,7 +75,7 @@ double x_factor_of(const MeasuredSource& source, const TextTable& table, const C
   return factor_or_fail(unit, Dimension::kLength, table, pointer);
 }
 
-// Values alone, in equal steps [m] from 0.
+// Adds positions in equal steps [m] from 0 to a table of values alone.
 void add_positions(double pitch, TextTable* table) {
   std::vector<double> values;
   for (std::size_t row = 0; row < table->rows(); ++row)
@@ -112,7 +112,7 @@ std::vector<Profile> read_profile_text(const MeasuredSource& source) {
     const std::string pointer = column_pointer(column, name(column));
     columns.value = column;
     columns.quantity = quantity_of(source, table, name(column), pointer);
-    // The options speak of the scan line that is chosen.
+    // The options apply to the chosen scan line.
     const bool chosen = column == std::size_t(std::max(1, source.column));
     columns.value_factor =
         halve * value_factor_of(source, table, name(column), columns.quantity, chosen, pointer);

@@ -24,7 +24,7 @@ Measurement chosen(std::vector<Profile> profiles, const MeasuredSource& source) 
   return std::move(profiles[std::size_t(source.column) - 1]);
 }
 
-// DABAM metadata give every factor, and its profiles are of the surface: an option would be ignored unsaid.
+// DABAM metadata give every factor of the surface, so an option would be ignored silently.
 Measurement dabam_measurement(const MeasuredSource& source) {
   const char* given = source.wavefront.value_or(false)               ? "of"
                       : source.x_factor                              ? "x_unit"
@@ -50,7 +50,7 @@ void require_between(const std::string& path, const char* what, double value, do
                      fmt::format("{:g} to {:g} {}; a unit may be wrong", least, most, unit));
 }
 
-// Beyond these lies no mirror, only a wrong unit or a damaged file.
+// No mirror exceeds these limits [m], slope [rad]. A value outside means a wrong unit or a damaged file.
 constexpr double kFarthest = 1e6, kFinest = 1e-12, kCoarsest = 1e3, kHighest = 1e3, kSteepest = 10;
 
 void require_sane(const std::string& path, const Profile& profile) {
@@ -63,7 +63,7 @@ void require_sane(const std::string& path, const Profile& profile) {
       require_between(path, slope ? "slope" : "height", value, -most, most, slope ? "rad" : "m");
 }
 
-// The mark of missing points in a file that does not say so is often a number that no height has.
+// If a file does not declare its mark of missing points, that mark is often a number that no height can have.
 void require_sane_height(const std::string& path, const HeightMap& map, double height) {
   if (height >= -kHighest && height <= kHighest) return;
   const Eigen::Index same = (map.height == height).count();
@@ -76,7 +76,7 @@ void require_sane_height(const std::string& path, const HeightMap& map, double h
 }
 
 void require_sane(const std::string& path, const HeightMap& map) {
-  // 0: the file does not say it.
+  // 0 means that the file does not state the pitch.
   for (const double pitch : {map.pitch_x, map.pitch_y})
     if (pitch != 0) require_between(path, "pitch", pitch, kFinest, kCoarsest, "m");
   for (const double x : {map.x(0), map.x(map.columns() - 1), map.y(0), map.y(map.rows() - 1)})
@@ -85,7 +85,7 @@ void require_sane(const std::string& path, const HeightMap& map) {
     if (const double h = map.height.data()[i]; !std::isnan(h)) require_sane_height(path, map, h);
 }
 
-// Makes holes of the samples whose value is one of `invalid`, in units of the file.
+// Makes samples invalid whose value is one of `invalid`, in units of the file.
 template <class Values>
 Eigen::Index take_out_said(const std::vector<double>& invalid, double file_unit, Values* values) {
   constexpr double kHalfPlaceOfSingle = 0x1p-24;
@@ -108,7 +108,7 @@ void take_out_said(const std::vector<double>& invalid, HeightMap* map) {
   map->said_invalid = take_out_said(invalid, map->file_unit, &map->height);
 }
 
-// Any value, to read on and see what else is missing.
+// Sets the missing option to an arbitrary value, so that reading continues and shows what else is missing.
 void suppose(const MissingFact& missing, MeasuredSource* source) {
   const std::string& fact = missing.fact();
   if (fact == "quantity") source->quantity = ProfileQuantity::kHeight;
@@ -121,12 +121,13 @@ void suppose(const MissingFact& missing, MeasuredSource* source) {
   if (fact == "plane") source->plane = 1;
 }
 
-// Options that a format has no use for would be ignored unsaid.
+// Throws InputError for options that the format does not use; otherwise they would be ignored silently.
 void require_options_of(MeasuredFormat format, const MeasuredSource& source) {
   using enum MeasuredFormat;
   if (format == kAuto) return;
   const bool matrix = format == kMapText;
-  const bool text = matrix || format == kProfileText || format == kDabam;  // DABAM has a list of its own
+  // DABAM has its own list of refused options
+  const bool text = matrix || format == kProfileText || format == kDabam;
   const bool scaled =
       format == kZygo || format == kCodeVInt || format == kZemaxGridSag || format == kDftfringe;
   struct Option {
@@ -202,7 +203,7 @@ bool is_waves(std::string_view unit) {
 Measurement read_measurement(const MeasuredSource& source) {
   MeasuredFormat format = source.format;
   if (format == MeasuredFormat::kAuto) format = detect_format(source.path);
-  // Rows that go over several lines look like columns of a profile, or like nothing.
+  // Rows that extend over several lines look like columns of a profile, or like no format at all.
   if (source.columns && source.format == MeasuredFormat::kAuto &&
       (format == MeasuredFormat::kAuto || format == MeasuredFormat::kProfileText))
     format = MeasuredFormat::kMapText;
@@ -234,7 +235,7 @@ std::vector<std::string> missing_facts(const MeasuredSource& source) {
       }
     }
   } catch (const InputError&) {
-    // What was supposed does not suit the file: what is known by now is asked for.
+    // The arbitrary values may not suit the file. The options found so far are then returned.
   }
   return facts;
 }

@@ -1,6 +1,6 @@
-// Surface data files .sdf: ISO 25178-71 (ISO-1.0, ISO-2.0) and BCR-1.0 before it (EUR 15178 EN), as text and
-// binary, little-endian. Header and types as in the tables of NPL's softgauges and of NIST's surface
-// metrology pages; counts of ISO-2.0, order of rows and marks of no data as in the project sdfio.
+// Surface data files .sdf: ISO 25178-71 (ISO-1.0, ISO-2.0) and its predecessor BCR-1.0 (EUR 15178 EN), text
+// and binary, little-endian. Header and types follow the tables of NPL's softgauges and of NIST's surface
+// metrology pages. Counts of ISO-2.0, order of rows and no-data marks follow the project sdfio.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ constexpr SdfType sdf_type() {
           [](const FileBytes& file, std::uint64_t place) { return double(file.at<Number>(place)); }};
 }
 
-// In the order of DataType.
+// Types in the order of DataType.
 constexpr SdfType kSdfTypes[] = {
     sdf_type<std::uint8_t>(), sdf_type<std::uint16_t>(), sdf_type<std::uint32_t>(), sdf_type<float>(),
     sdf_type<std::int8_t>(),  sdf_type<std::int16_t>(),  sdf_type<std::int32_t>(),  sdf_type<double>()};
@@ -38,9 +38,9 @@ constexpr SdfType kSdfTypes[] = {
 constexpr std::size_t kMagicBytes = 8;
 
 struct SdfHeader {
-  bool bcr = false;                                   // BCR, not ISO
-  bool wide = false;                                  // binary: counts of four bytes
-  std::map<std::string, double, std::less<>> number;  // by the names that the text form has
+  bool bcr = false;                                   // BCR rather than ISO
+  bool wide = false;                                  // binary: counts have four bytes
+  std::map<std::string, double, std::less<>> number;  // by the names of the text form
   std::string manufacturer;
 };
 
@@ -55,7 +55,7 @@ SdfHeader header_of_version(const std::string& path, std::string_view magic) {
   return header;
 }
 
-// What a header says, checked: an empty map, and how its values are to be taken.
+// A checked header: it makes an empty map and puts values into it.
 class SdfGrid {
  public:
   SdfGrid(const MeasuredSource& source, const SdfHeader& header) : path_(source.path), bcr_(header.bcr) {
@@ -63,7 +63,7 @@ class SdfGrid {
       if (number(header, key) != 0)
         throw InputError(path_, key, fmt::format("{}", number(header, key)), "0, none");
     const double type = number(header, "DataType");
-    // Unsigned types have no number to spare for ISO's mark of no data.
+    // Unsigned types leave no number for ISO's no-data mark.
     const double first = bcr_ ? 0 : 3;
     if (!(type >= first && type <= 7) || type != std::floor(type))
       throw InputError(path_, "DataType", fmt::format("{}", type),
@@ -91,7 +91,7 @@ class SdfGrid {
   std::string size_text() const { return fmt::format("{} x {} points", columns_, rows_); }
   const SdfType& type() const { return *type_; }
   HeightMap empty() const { return empty_map(rows_, columns_, pitch_x_, pitch_y_); }
-  /// ISO counts profiles from y = 0 upwards. BCR does not say; who shows such files has the first at the top.
+  /// ISO orders profiles from y = 0 upwards. BCR defines no order; viewers show the first profile at the top.
   void put(std::int64_t point, double value, HeightMap* map) const {
     const bool measured = std::isfinite(value) && value != (bcr_ ? type_->highest : type_->lowest);
     const Eigen::Index row = Eigen::Index(point) / columns_;
@@ -116,7 +116,7 @@ class SdfGrid {
 constexpr std::string_view kSdfNumbers[] = {"NumPoints",   "NumProfiles", "Xscale",   "Yscale",   "Zscale",
                                             "Zresolution", "Compression", "DataType", "CheckType"};
 
-// The lines up to that with the asterisk, which is the last one of `lines`.
+// Reads the lines up to that with the asterisk, which is then the last line of `lines`.
 SdfHeader text_header(const std::string& path, TextLines* lines) {
   std::string_view line;
   SdfHeader header = header_of_version(path, lines->next(&line) ? trimmed(line) : std::string_view());
@@ -141,7 +141,7 @@ HeightMap read_sdf_text(const MeasuredSource& source) {
   TextLines lines(source.path);
   const SdfHeader header = text_header(source.path, &lines);
   const SdfGrid grid(source, header);
-  // Every value takes a digit and a blank, so what the file cannot hold is not allocated.
+  // Every value needs a digit and a blank. Checking this first avoids allocating more than the file can hold.
   if (grid.points() > std::int64_t(lines.bytes_left() / 2 + 1))
     lines.fail(fmt::format("{} before {} bytes of heights", grid.size_text(), lines.bytes_left()),
                "a file that holds every point");
@@ -151,7 +151,7 @@ HeightMap read_sdf_text(const MeasuredSource& source) {
   bool more = true;
   for (std::string_view line; more && lines.next(&line);)
     for (const std::string_view word : words(line)) {
-      more = word != "*";  // behind it are remarks
+      more = word != "*";  // remarks follow
       if (!more) break;
       const std::string mark = upper_case(word);
       const bool hole = mark == "BAD" || mark == "NAN";

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kNumbersAllowed = "a text file of numbers in columns (ASCII, UTF-8 or UTF-16)";
 
-// Names of a row that is no row of numbers: none of them may be a number.
+// True if the fields of a row are names, none of them a number.
 bool all_names(std::string_view line) {
   if (decimal_comma(line)) return false;
   std::vector<std::string_view> fields;
@@ -29,7 +29,7 @@ bool all_names(std::string_view line) {
   return name;
 }
 
-// Splits at the delimiter of the numbers, then at others, until the count fits; a unit in brackets behind a
+// Splits at the delimiter of the numbers, then at others, until the count fits. A unit in brackets after a
 // blank belongs to the word before it.
 std::vector<std::string> names_for(const std::string& line, char delimiter, std::size_t columns) {
   std::vector<std::string_view> fields;
@@ -50,7 +50,7 @@ std::vector<std::string> names_for(const std::string& line, char delimiter, std:
   return {};
 }
 
-// `split` of a line with double quotes: what stands in them is one field, or part of one.
+// Like `split`, for a line with double quotes: quoted text is one field, or part of one.
 void split_quoted(std::string_view line, char delimiter, std::vector<std::string_view>* fields) {
   fields->clear();
   const auto add = [&](std::string_view field) {
@@ -72,7 +72,7 @@ void split_quoted(std::string_view line, char delimiter, std::vector<std::string
   add(line.substr(begin));
 }
 
-// A unit of any column that a table may have, or nothing.
+// Returns the field without brackets if it is a unit that a column may have, otherwise nothing.
 std::string_view unit_alone(std::string_view field) {
   std::string_view unit = trimmed(field);
   if (unit.size() > 2 &&
@@ -89,7 +89,7 @@ std::string_view unit_alone(std::string_view field) {
   return {};
 }
 
-// "X;Z" above "[mm];[nm]" are the names "X [mm]" and "Z [nm]".
+// "X;Z" above "[mm];[nm]" give the names "X [mm]" and "Z [nm]".
 void add_units(const std::vector<std::string>& units, std::vector<std::string>* names) {
   if (units.empty()) return;
   names->resize(units.size());
@@ -102,7 +102,7 @@ void add_units(const std::vector<std::string>& units, std::vector<std::string>* 
                               const TextTable& table, bool names_seen) {
   if (const auto comma = decimal_comma(line))
     lines.fail(in_quotes(*comma) + ", a decimal comma", kDecimalPoint);
-  // A row of words is told as such: its first word alone says little.
+  // A row of words is quoted as a whole in the message, because its first word alone explains little.
   const bool text = all_names(line);
   lines.fail(in_quotes(text ? trimmed(line) : field),
              std::string("a number a double can hold") +
@@ -121,7 +121,7 @@ void drop_last_column(TextTable* table) {
   table->values.resize(rows * table->columns);
 }
 
-// Rows of `length` numbers, wherever lines end.
+// Forms rows of `length` numbers, regardless of the line ends.
 void wrap_rows(std::size_t length, TextTable* table) {
   const std::size_t numbers = table->values.size();
   if (numbers % length != 0)
@@ -130,7 +130,7 @@ void wrap_rows(std::size_t length, TextTable* table) {
                                  numbers / length, length, numbers % length),
                      "how many samples a row has: a divisor of their number");
   table->columns = length;
-  // Lines are told in messages only, and rows may share one.
+  // Line numbers are used in messages only, and rows may share a line.
   table->lines.resize(numbers / length, table->lines.back());
 }
 
@@ -247,7 +247,7 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
       if (std::isinf(*value)) lines.fail(in_quotes(field), "a finite number, or 'nan' or '--' for a hole");
       table.values.push_back(*value);
     }
-    // A delimiter at the end of a line ends nothing where rows go on.
+    // If rows extend over lines, a delimiter at the end of a line adds no field.
     if (rules.row_length > 0 && fields.size() > 1 && fields.back().empty()) table.values.pop_back();
     if (fields.size() != table.columns && rules.row_length == 0)
       lines.fail(fmt::format("{} columns", fields.size()),
@@ -260,7 +260,7 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
     wrap_rows(rules.row_length, &table);
     return table;
   }
-  // A delimiter at the end of every line makes an empty column.
+  // A delimiter at the end of every line creates an empty column.
   if (!last_column_used && table.columns > 1) drop_last_column(&table);
   if (name_row.empty()) name_row = last_comment;
   table.names = names_for(name_row, delimiter, table.columns);

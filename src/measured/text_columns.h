@@ -10,18 +10,16 @@
 
 namespace aberfit::internal {
 
-/// ';', tab or ',' when the line holds one outside double quotes, in this order; else ' ', which stands for
-/// runs of blanks.
+/// Returns the first of ';', tab and ',' outside double quotes, otherwise ' ' for a run of blanks.
 char delimiter_of(std::string_view line);
-/// What stands between delimiters outside double quotes; a field in quotes comes without them.
+/// Splits at the delimiter outside double quotes; a quoted field is returned without its quotes.
 void split(std::string_view line, char delimiter, std::vector<std::string_view>* fields);
-/// True where every field that is not empty is a unit, in brackets or without, such as "[mm];[nm]".
+/// Returns true if every non-empty field is a unit, with or without brackets, such as "[mm];[nm]".
 bool is_unit_row(std::string_view line);
-/// The number; NaN for a hole (empty, "nan", "--", is_old_windows_nan); infinity for "inf"; nothing for any
-/// other text.
+/// Returns the number; NaN if missing ("", "nan", "--", is_old_windows_nan); infinity for "inf"; or nothing.
 std::optional<double> parse_cell(std::string_view text);
 
-/// What a comment "# key = value" or "# key: value" says.
+/// The value of a comment "# key = value" or "# key: value".
 struct TextKey {
   std::string value;
   long line = 0;
@@ -31,31 +29,31 @@ struct TextKey {
 struct TextTable {
   std::string path;
   std::size_t columns = 0;
-  std::vector<double> values;           ///< row after row; NaN for a hole, else finite
+  std::vector<double> values;           ///< row after row; NaN for a missing value, otherwise finite
   std::vector<long> lines;              ///< line of each row in the file
-  std::vector<std::string> names;       ///< of the columns, as written; empty when the file has none
-  std::map<std::string, TextKey> keys;  ///< those comments whose key is one of `known_text_keys`
+  std::vector<std::string> names;       ///< column names as written; empty if the file has none
+  std::map<std::string, TextKey> keys;  ///< comments whose key is one of `known_text_keys`
 
   std::size_t rows() const { return lines.size(); }
   double operator()(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
 };
 
-/// "of", "pitch", "unit", "x_unit", "quantity", "wavelength", "layout", "label", and what Gwyddion's text
-/// export says: "channel", "width", "height", "value units".
+/// Returns "of", "pitch", "unit", "x_unit", "quantity", "wavelength", "layout", "label", and the keys of
+/// Gwyddion's text export: "channel", "width", "height", "value units".
 const std::vector<std::string>& known_text_keys();
-/// Key and value of a comment line (with its '#'), if its key is known.
+/// Returns key and value of a comment line (with its '#') if the key is known.
 std::optional<std::pair<std::string, std::string>> comment_key(std::string_view line);
 
 struct TextRules {
-  long skip_lines = 0;                              ///< lines before the numbers, whatever they hold
-  bool plain = false;                               ///< columns between blanks only and no row of names
-  std::size_t row_length = 0;                       ///< numbers of a row, which may go over lines; 0: a line
-  std::size_t most_numbers = std::size_t(1) << 26;  ///< of one file: a map of 8192 x 8192
+  long skip_lines = 0;         ///< lines to skip before the numbers, whatever they hold
+  bool plain = false;          ///< columns are separated by blanks only and have no row of names
+  std::size_t row_length = 0;  ///< numbers per row, which may extend over lines; 0: one line per row
+  std::size_t most_numbers = std::size_t(1) << 26;  ///< per file: a map of 8192 x 8192
 };
 
-/// Reads rows of numbers. '#' starts a comment at the start of a line or after a blank. Before the first row
-/// one row of names may stand and one of units below it, or the last comment before it names as many columns
-/// as there are. Throws InputError with the line.
+/// Reads rows of numbers. '#' starts a comment at the start of a line or after a blank. A row of names, with
+/// an optional row of units, may precede the numbers; otherwise the last comment before them gives the names
+/// if it has as many words as columns. Throws InputError with the line.
 TextTable read_text_table(const std::string& path, const TextRules& rules);
 
 }  // namespace aberfit::internal

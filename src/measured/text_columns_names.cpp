@@ -42,7 +42,7 @@ double value_factor_beside(const MeasuredSource& source, const TextTable& table,
   }
   if (height && is_waves(unit)) refuse_option(table.path, "value_unit", "a length", in_quotes(unit));
   const std::optional<double> said = factor(unit, height ? Dimension::kLength : Dimension::kAngle);
-  // A length where an angle was asked for, or the other way round, contradicts as well.
+  // A length for an angle, or an angle for a length, is a contradiction as well.
   if (!said && factor(unit, height ? Dimension::kAngle : Dimension::kLength))
     refuse_option(table.path, "value_unit", height ? "a length" : "an angle", in_quotes(unit));
   return said ? agreed_factor(table.path, "value_unit", source.value_factor, *said, unit)
@@ -53,7 +53,7 @@ ColumnName column_name(const TextTable& table, std::size_t column) {
   if (table.names.empty()) return {};
   std::string text(trimmed(table.names[column]));
   if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
-  // The first bracket that holds a unit, else the first bracket: "SLOPE[urad][W/B4C]".
+  // The unit is in the first bracket that holds one, otherwise in the first bracket: "SLOPE[urad][W/B4C]".
   ColumnName result;
   std::size_t word_end = std::string::npos;
   for (std::size_t open = text.find_first_of("(["); open != std::string::npos;

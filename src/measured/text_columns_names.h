@@ -10,38 +10,38 @@
 
 namespace aberfit::internal {
 
-/// Name of a column taken apart: "height_nm", "height (nm)", "height [nm]", "height/nm", "height nm" ->
-/// "height", "nm". The word is in lower case; the unit is empty when there is none.
+/// A column name split into word and unit: "height_nm", "height (nm)", "height [nm]", "height/nm", "height
+/// nm" give "height", "nm". The word is in lower case; the unit may be empty.
 struct ColumnName {
   std::string word, unit;
 };
-/// Nothing where the table has no names.
+/// Returns an empty name if the table has no names.
 ColumnName column_name(const TextTable& table, std::size_t column);
 
-/// What a word or a title says: "slope", "dz/dx" -> slope; "height", "sag", "z" ... -> height.
+/// Returns the quantity of a word or title: "slope", "dz/dx" -> slope; "height", "sag", "z" ... -> height.
 std::optional<ProfileQuantity> quantity_of_word(const std::string& word);
 
-/// SI units in one `unit` of height: a length; "waves" times the wavelength. `pointer` goes into the message:
-/// where the unit stands. Throws InputError.
+/// Returns the SI value of one `unit` of height: a length, or "waves", which use the wavelength. `pointer`:
+/// place of the unit, for the message. Throws InputError.
 double height_factor(const std::string& unit, const MeasuredSource& source, const TextTable& table,
                      const std::string& pointer);
-/// SI units in one `unit` of the dimension. `more`: what else the message allows. Throws InputError.
+/// Returns the SI value of one `unit`. `more`: other units that the message allows. Throws InputError.
 double factor_or_fail(const std::string& unit, Dimension dimension, const TextTable& table,
                       const std::string& pointer, const std::string& more = "");
 
-/// The factor of the option `x_unit` or `value_unit`, which must be given, beside the file's `unit`, which
-/// may be empty or unknown. Throws InputError where they contradict each other.
+/// Return the factor of the option `x_unit` or `value_unit`, which must be given. `unit` is that of the file
+/// and may be empty or unknown. Throw InputError if they contradict each other.
 double x_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit);
 double value_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit,
                            ProfileQuantity quantity);
 
-/// True for a wavefront: "# of: surface" or "# of: wavefront", else the option; nothing when neither says it.
-/// Throws InputError where they contradict each other.
+/// Returns true for a wavefront: from "# of: surface" or "# of: wavefront", otherwise from the option;
+/// nothing if neither exists. Throws InputError if they contradict each other.
 std::optional<bool> is_wavefront(const MeasuredSource& source, const TextTable& table);
 
-/// A positive length [m] after "# key:"; nothing without the key. Throws InputError.
+/// Returns the positive length [m] after "# key:"; nothing without the key. Throws InputError.
 std::optional<double> length_key(const TextTable& table, const std::string& key);
-/// Value of a key, or nothing.
+/// Returns the value of a key, if any.
 std::optional<std::string> key_value(const TextTable& table, const std::string& key);
 
 }  // namespace aberfit::internal

@@ -12,9 +12,9 @@
 namespace aberfit::internal {
 namespace {
 
-// How far each row may be from where equal steps lead. Positions that are rounded to steps wider than those
-// of the rows are there twice, and their neighbours are one such step away, which is wider for numbers with
-// more digits. Without these, half a step off is a row that is missing.
+// Returns how far rounding may move each row from equal steps. If positions are rounded more coarsely than
+// the step, some occur twice, and their neighbours are one rounding step away, which grows with the number of
+// digits. Without repeated positions, half a step off means a missing row.
 template <typename Position>
 std::vector<double> rounding_of(const Position& written, std::size_t rows, double step, bool twice) {
   constexpr double kOfDoubles = 1e-9;
@@ -35,8 +35,7 @@ std::vector<double> rounding_of(const Position& written, std::size_t rows, doubl
   return allowed;
 }
 
-// Position of the first row [m], from which the others are equal steps. `step` is negative where they
-// descend.
+// Returns the position of the first row [m] for equal steps; `step` is negative for descending positions.
 double first_of_equal_steps(const TextTable& table, const ProfileColumns& columns, double step) {
   const std::size_t rows = table.rows();
   const auto written = [&](std::size_t row) { return table(row, columns.x) * columns.x_factor; };
@@ -48,7 +47,7 @@ double first_of_equal_steps(const TextTable& table, const ProfileColumns& column
     twice = twice || (row > 0 && written(row) == written(row - 1));
   }
   const std::vector<double> allowed = rounding_of(written, rows, step, twice);
-  std::size_t lowest = 0, highest = 0;  // rows that bound the first position from above and from below
+  std::size_t lowest = 0, highest = 0;  // rows that limit the first position from above and from below
   for (std::size_t row = 0; row < rows; ++row) {
     if (off(row) + allowed[row] < off(lowest) + allowed[lowest]) lowest = row;
     if (off(row) - allowed[row] > off(highest) - allowed[highest]) highest = row;

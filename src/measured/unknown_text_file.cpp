@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kHeadOfText = 8192;
 
-// A line whose first field is a number, though with a decimal comma, is meant as a row of numbers.
+// True for a line meant as numbers: its first field is a number, possibly with a decimal comma.
 bool begins_with_number(std::string_view line) {
   std::vector<std::string_view> fields;
   split(line, delimiter_of(line), &fields);
@@ -30,7 +30,7 @@ void refuse_unknown_text(const MeasuredSource& source) {
   for (const std::string_view line : words(head, "\r\n"))
     any = any || (!line.starts_with('#') && begins_with_number(line));
   if (!any) throw InputError(source.path, "", "text without a row of numbers", formats);
-  read_text_table(source.path, {});  // refuses the line
+  read_text_table(source.path, {});  // throws for the line that is not a row of numbers
 }
 
 }  // namespace aberfit::internal

@@ -3,8 +3,8 @@
 
 namespace aberfit::internal {
 
-/// Throws InputError that says why a file of text or an empty file has no format that is known: the line that
-/// is no row of numbers, or that there is none. Returns for a binary file.
+/// Throws InputError for a text file or an empty file of unknown format. The message gives the line that is
+/// not a row of numbers, or states that the file has none. Returns for a binary file.
 void refuse_unknown_text(const MeasuredSource& source);
 
 }  // namespace aberfit::internal

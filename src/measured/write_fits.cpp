@@ -1,5 +1,4 @@
-// FITS files that are written: images in double precision, and the OPD files of POPPY (poppy/poppy_core.py,
-// FITSOpticalElement).
+// Writes FITS: images in double precision, and OPD files of POPPY (poppy/poppy_core.py, FITSOpticalElement).
 #include "aberfit/measured/write_fits.h"
 
 #include <fitsio.h>
@@ -21,7 +20,7 @@ namespace {
 
 using ByteGrid = Eigen::Array<unsigned char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// A file in memory. After the first failure nothing more is done, and `bytes` tells of it.
+// A file in memory. After the first failure later calls do nothing, and `bytes` throws the error.
 class FitsWriter {
  public:
   FitsWriter() { fits_create_memfile(&file_, &buffer_, &size_, 1 << 20, &FitsWriter::grow, &status_); }
@@ -65,7 +64,7 @@ class FitsWriter {
       fits_get_errstatus(status_, text);
       throw std::runtime_error(fmt::format("FITS: CFITSIO error {} ({})", status_, text));
     }
-    close();  // which may move the buffer
+    close();  // closing may move the buffer
     return std::string(static_cast<const char*>(buffer_), std::size_t(end));
   }
 
@@ -120,7 +119,7 @@ std::string fits_opd_bytes(const HeightMap& map) {
   file.card({"PIXELSCL", map.pitch_x, "[m] per pixel"});
   if (const std::string label = one_line(map.label, 68); !label.empty()) file.card({"OBJECT", label, ""});
   file.pixels(opd);
-  // POPPY takes the first image and never looks at this one.
+  // POPPY reads the first image and ignores this one.
   file.begin_image(BYTE_IMG, side, side);
   file.card({"EXTNAME", std::string("MASK"), "1: measured, 0: outside or no data"});
   file.pixels(mask);

@@ -14,7 +14,7 @@ using namespace internal;
 
 namespace {
 
-// Words behind one another, whatever lines they stand in.
+// Reads words one after another, whatever lines they are in.
 class WordsOfLines {
  public:
   explicit WordsOfLines(TextLines* lines) : lines_(lines) {}
@@ -34,7 +34,7 @@ class WordsOfLines {
   std::size_t at_ = 0;
 };
 
-// Fields between tabs, "name, type, length, value".
+// Returns the fields between tabs: name, type, length, value.
 std::vector<std::string> wyko_fields(std::string_view line) {
   std::vector<std::string> fields;
   for (std::size_t begin = 0;;) {
@@ -65,7 +65,7 @@ std::int64_t wyko_size(const TextLines& lines, const std::string& text) {
   return *size;
 }
 
-// Reads to the first block of heights, whose numbers come next. Other arrays are passed over.
+// Reads up to the first block of heights, whose numbers come next. Other arrays are skipped.
 WykoText wyko_header(const std::string& path, TextLines* lines) {
   static const std::vector<std::string> kHeights = {"Raw", "RAW DATA", "RAW_DATA", "OPD", "SAMPLE_DATA"};
   WykoText header;
@@ -73,7 +73,7 @@ WykoText wyko_header(const std::string& path, TextLines* lines) {
   lines->next(&line);
   if (!line.starts_with(kWykoTextTitle)) lines->fail(in_quotes(line), fmt::format("'{}'", kWykoTextTitle));
   const std::vector<std::string_view> flags = words(line.substr(kWykoTextTitle.size()));
-  // The second says whether heights are nanometres or parts of the wavelength.
+  // The second flag distinguishes nanometres from fractions of the wavelength.
   header.in_nanometres = flags.size() > 1 && flags[1] == "1";
   while (lines->next(&line)) {
     const std::vector<std::string> fields = wyko_fields(line);
@@ -97,7 +97,7 @@ WykoText wyko_header(const std::string& path, TextLines* lines) {
   throw InputError(path, "", "no block of heights", "a block Raw, RAW DATA, RAW_DATA, OPD or SAMPLE_DATA");
 }
 
-// [m] in one unit of the heights.
+// Returns the height [m] of one unit of the file.
 double wyko_factor(const MeasuredSource& source, const WykoText& header) {
   if (header.in_nanometres) return agreed_value_factor(source, 1e-9, "nm");
   constexpr double kShortest = 1, kLongest = 1e6;  // [nm]
@@ -124,15 +124,16 @@ HeightMap read_wyko_text(const MeasuredSource& source) {
   const WykoText header = wyko_header(source.path, &lines);
   agreed_wavefront(source.path, source.wavefront, false);
   const double factor = wyko_factor(source, header);
-  const double aspect = header.number(source.path, "Aspect").value_or(1);  // of a pixel, y to x
+  // Pitch of a pixel along y over that along x.
+  const double aspect = header.number(source.path, "Aspect").value_or(1);
   if (!(aspect > 0)) throw InputError(source.path, "Aspect", fmt::format("{}", aspect), "a positive number");
   const double pitch =
-      agreed_pitch(source, header.number(source.path, "Pixel_size").value_or(0) * 1e-3);  // mm
+      agreed_pitch(source, header.number(source.path, "Pixel_size").value_or(0) * 1e-3);  // the file has mm
   HeightMap map = empty_map(header.rows, header.columns, pitch, pitch * aspect);
   map.file_unit = factor;
   if (const auto title = header.values.find("Title"); title != header.values.end())
     map.label = one_line(title->second, 80);
-  // A line a column, each from its lowest point upwards, as in the binary file.
+  // As in the binary file, each line is a column from its lowest point upwards.
   WordsOfLines words_of_heights(&lines);
   for (Eigen::Index column = 0; column < map.columns(); ++column)
     for (Eigen::Index row = 0; row < map.rows(); ++row) {

@@ -1,6 +1,6 @@
-// ISO 25178-72 (before: ISO 5436-2) .x3p: a zip archive with main.xml, which describes axes and size, and the
-// heights in a binary file, little-endian. As in the schema of openGPS; meaning of types and the mask of
-// valid points also as in Gwyddion (modules/file/opengps.c).
+// ISO 25178-72 (before: ISO 5436-2) .x3p: a zip archive with main.xml, which describes axes and size, and a
+// binary little-endian file of heights. The layout follows the schema of openGPS; the meaning of types and
+// the mask of valid points also follow Gwyddion (modules/file/opengps.c).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,8 +20,7 @@ using namespace internal;
 
 namespace {
 
-// main.xml, by paths such as "Record1/Axes/CX/Increment" below the root; prefixes of name spaces are no part
-// of them.
+// Access to main.xml by paths such as "Record1/Axes/CX/Increment" below the root, without name spaces.
 class X3pMain {
  public:
   X3pMain(const std::string& path, const std::string& text) : path_(path) {
@@ -35,7 +34,7 @@ class X3pMain {
                        "ISO5436_2");
   }
 
-  /// Empty where there is no such element.
+  /// Returns the text of an element; empty if it does not exist.
   std::string text(std::string_view place) const {
     pugi::xml_node node = root_;
     for (const std::string_view name : words(place, "/"))
@@ -98,7 +97,7 @@ X3pType type_of_heights(const X3pMain& main) {
   main.fail(kPlace, name.empty() ? "nothing" : in_quotes(name), "I, L, F or D");
 }
 
-// Metres in one unit of the heights.
+// Returns metres per unit of the heights.
 double x3p_factor(const MeasuredSource& source, const X3pMain& main, const X3pType& type) {
   constexpr const char* kPlace = "Record1/Axes/CZ/Increment";
   std::optional<double> said = main.number(kPlace);
@@ -110,8 +109,7 @@ double x3p_factor(const MeasuredSource& source, const X3pMain& main, const X3pTy
   return agreed_value_factor(source, *said, "CZ/Increment");
 }
 
-// The folder of main.xml in the archive, with a slash behind it: the top, or, where somebody packed the
-// folder and not what is in it, the only one that has such a file.
+// Returns the folder of main.xml with a slash: the top level, or the only folder with a main.xml.
 std::string x3p_folder(const std::string& path, const std::vector<std::string>& names) {
   constexpr std::string_view kMain = "main.xml";
   std::vector<std::string> folders;
@@ -167,7 +165,7 @@ HeightMap read_x3p(const MeasuredSource& source) {
   const std::string heights = linked(kLink, points * type.bytes);
   if (heights.empty())
     main.fail(kLink, "nothing", "the name of the binary file of the heights in the archive");
-  // One bit a point, the lowest bit first.
+  // The mask has one bit per point, the lowest bit first.
   const std::string valid = linked("Record3/DataLink/ValidPointsLink", (points + 7) / 8);
   const FileBytes values(source.path, heights, std::endian::little);
   HeightMap map = empty_map(rows, columns, agreed_pitch(source, std::abs(step_x)),
@@ -178,7 +176,7 @@ HeightMap read_x3p(const MeasuredSource& source) {
     const bool masked =
         !valid.empty() && (static_cast<unsigned char>(valid[point / 8]) >> (point % 8) & 1) == 0;
     if (masked || !std::isfinite(value)) continue;
-    // Positions are those that the axes give: both ascend with the index where their steps are positive.
+    // The axes give the positions: they ascend with the index where the step is positive.
     const Eigen::Index row = Eigen::Index(point) / columns, column = Eigen::Index(point) % columns;
     map.height(step_y < 0 ? rows - 1 - row : row, step_x < 0 ? columns - 1 - column : column) =
         offset + factor * value;

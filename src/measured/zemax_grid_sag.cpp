@@ -64,7 +64,7 @@ SagHeader read_header(const std::string& path, TextLines* lines) {
 GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
   TextLines lines(path);
   const SagHeader header = read_header(path, &lines);
-  // The shortest line is "0 0 0 0" and its end; what the file cannot hold is not allocated.
+  // The shortest line is "0 0 0 0" and its end. The check avoids allocating more than the file can hold.
   const std::int64_t points = header.columns * header.rows;
   if (points > std::int64_t((lines.bytes_left() + 1) / 8))
     lines.fail(fmt::format("a grid of {} x {} points before {} bytes of data", header.columns, header.rows,
@@ -94,7 +94,7 @@ GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
         word.size() == 5 ? parse_number<std::int64_t>(word[4]) : std::optional<std::int64_t>(0);
     if (!no_data) lines.fail("nodata " + in_quotes(word[4]), "an integer, 0 for valid");
     if (*no_data != 0) continue;
-    // From the corner (-x, +y) to the right, then downwards.
+    // Points start at the corner (-x, +y) and run to the right, then downwards.
     const Eigen::Index row = header.rows - 1 - point / header.columns, column = point % header.columns;
     sag.map.height(row, column) = value[0] * header.unit;
     sag.dx(row, column) = value[1];  // slopes have no unit
@@ -112,7 +112,7 @@ HeightMap read_zemax_grid_sag(const MeasuredSource& source) {
   HeightMap map = read_zemax_grid_sag_with_derivatives(source.path).map;
   for (const double pitch : {map.pitch_x, map.pitch_y})
     agreed_length(source.path, "pitch", source.pitch, pitch, kSamePitch);
-  // The format holds a sag.
+  // The format stores a sag, which is the surface.
   agreed_wavefront(source.path, source.wavefront, false);
   return map;
 }

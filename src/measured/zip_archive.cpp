@@ -58,7 +58,7 @@ std::string ZipArchive::content(const std::string& name, std::uint64_t most) con
     if (read > 0) got += std::size_t(read);
   }
   bytes.resize(got);
-  // The CRC is looked at where the content ends.
+  // libzip checks the CRC when reading reaches the end of the content.
   char beyond = 0;
   const zip_int64_t after = read < 0 ? read : zip_fread(file, &beyond, 1);
   const std::string message = after < 0 ? one_line(zip_file_strerror(file), 200) : "another length";
@@ -76,7 +76,7 @@ bool is_gzip(std::string_view bytes) { return bytes.starts_with("\x1f\x8b"); }
 
 namespace {
 
-// Bytes before the packed data of a gzip file (RFC 1952, section 2.3).
+// Returns the number of bytes before the packed data of a gzip file (RFC 1952, section 2.3).
 std::uint64_t gzip_header(const FileBytes& file) {
   enum Flags : unsigned { kHeaderCrc = 2, kExtra = 4, kName = 8, kComment = 16 };
   constexpr unsigned kDeflateMethod = 8;
@@ -91,7 +91,6 @@ std::uint64_t gzip_header(const FileBytes& file) {
   return place + (flags & kHeaderCrc ? 2 : 0);
 }
 
-// A number of `width` bytes, little-endian.
 std::string little(std::uint64_t value, int width) {
   std::string text;
   for (int i = 0; i < width; ++i) text += char(value >> (8 * i));
@@ -108,8 +107,7 @@ std::string unpacked_gzip(const std::string& path, std::string_view bytes) {
     file.fail(begin, fmt::format("a file compressed with gzip of {} bytes", file.size()),
               "a whole one of less than 4 GiB; gunzip unpacks it");
   const std::uint64_t length = file.size() - begin - kTrailer;
-  // gzip and zip pack alike and keep the same CRC and length, so that the reader of zip archives, with all
-  // its checks, reads both: here an archive of one member.
+  // gzip and zip use the same compression, CRC and length: the zip reader reads an archive of one member.
   const std::string name = "content";
   const std::string entry = little(20, 2) + little(0, 2) + little(ZIP_CM_DEFLATE, 2) + little(0, 4) +
                             std::string(file.text(file.size() - kTrailer, 4)) + little(length, 4) +
@@ -126,7 +124,7 @@ std::string unpacked_gzip(const std::string& path, std::string_view bytes) {
 
 void refuse_other_zip(const std::string& path, const std::vector<std::string>& names) {
   struct Kind {
-    const char *member, *what, *way;  // the begin of a member's name, or its end where it begins with '*'
+    const char *member, *what, *way;  // member: beginning of a name, or its end after '*'
   };
   constexpr const char* kGwyddion = "open it in Gwyddion and save it as text with its header";
   static constexpr Kind kKinds[] = {

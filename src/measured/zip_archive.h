@@ -8,8 +8,8 @@
 
 namespace aberfit::internal {
 
-/// A zip archive in memory; `path`, its file, and `bytes` have to outlive it. what: for messages, "an x3p
-/// file, a zip archive". Throws InputError where the bytes are no archive.
+/// A zip archive in memory; `path` and `bytes` must outlive it. what: description for messages, "an x3p file,
+/// a zip archive". Throws InputError if the bytes are not an archive.
 class ZipArchive {
  public:
   ZipArchive(const std::string& path, std::string_view bytes, const std::string& what);
@@ -17,11 +17,11 @@ class ZipArchive {
   ZipArchive(const ZipArchive&) = delete;
   ZipArchive& operator=(const ZipArchive&) = delete;
 
-  /// Names of its members in the order of the archive, folders before them, the first ten thousand.
+  /// Returns the names of the first ten thousand members, with their folders, in the order of the archive.
   std::vector<std::string> names() const;
 
-  /// The content of a member, of at most `most` bytes; checked by its CRC. Memory is taken as the content
-  /// comes, not as its length is said to be. Throws InputError that names the member.
+  /// Returns the content of a member, at most `most` bytes, checked by its CRC. Memory grows with the
+  /// content, because the stated length may be wrong. Throws InputError that names the member.
   std::string content(const std::string& name, std::uint64_t most) const;
 
  private:
@@ -32,15 +32,14 @@ class ZipArchive {
   zip_t* archive_ = nullptr;
 };
 
-/// True for bytes that begin as gzip does.
+/// Returns true for bytes that begin as gzip does.
 bool is_gzip(std::string_view bytes);
 
-/// What gzip packed, checked by its CRC; less than 4 GiB, and one file (not several behind each other).
-/// Throws InputError.
+/// Returns the content of a gzip file of one member below 4 GiB, checked by its CRC. Throws InputError.
 std::string unpacked_gzip(const std::string& path, std::string_view bytes);
 
-/// Throws the InputError of an archive that is no X3P: what it is by the names of its members, an Excel
-/// workbook and so on, else what it holds; and what to do.
+/// Throws InputError for an archive that is not an X3P. The message tells what it is by the names of its
+/// members (an Excel workbook and so on), or lists them, and how to proceed.
 [[noreturn]] void refuse_other_zip(const std::string& path, const std::vector<std::string>& names);
 
 }  // namespace aberfit::internal

@@ -1,4 +1,4 @@
-// Zygo MetroPro .dat, binary and big-endian. The layout is not published; the offsets are those on which
+// Zygo MetroPro .dat, binary and big-endian. The layout is not published. The offsets are those on which
 // prysm (prysm/io.py), Gwyddion (modules/file/metropro.c) and SurfaceTopography (IO/MetroPro.py) agree.
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::int32_t kFirstInvalid = 2147483640;
 
-// Length of the header by its magic number.
+// Returns the length of the header, which follows from its magic number.
 std::size_t header_bytes(const FileBytes& file) {
   constexpr std::uint32_t kMagic = 0x881B036F;  // 036F, 0370, 0371: header formats 1, 2, 3
   const std::string allowed =
@@ -39,7 +39,7 @@ std::size_t header_bytes(const FileBytes& file) {
   return bytes;
 }
 
-// Position of the first phase value, after the header and the frames of intensity.
+// Returns the position of the first phase value, after the header and the intensity frames.
 std::size_t phase_position(const FileBytes& file, std::size_t header, std::uint64_t phase_bytes) {
   const std::uint64_t frames = std::max<std::uint32_t>(1, file.at<std::uint16_t>(56));
   const std::uint64_t intensity =
@@ -53,14 +53,14 @@ std::size_t phase_position(const FileBytes& file, std::size_t header, std::uint6
   return std::size_t(header + intensity);
 }
 
-// Height of one count, S O W / R.
+// Height of one count, S O W / R [m]: scale factor, obliquity factor, wavelength over phase resolution.
 double height_per_count(const FileBytes& file, const MeasuredSource& source) {
   const double scale = file.at<float>(164), obliquity = file.at<float>(176);
   if (!std::isfinite(scale) || scale == 0)
     file.fail(164, fmt::format("interferometric scale factor {}", scale), "a number other than 0, often 0.5");
   if (!std::isfinite(obliquity) || obliquity == 0)
     file.fail(176, fmt::format("obliquity factor {}", obliquity), "a number other than 0, usually 1");
-  // Metres; a value outside this range is a wavelength in another unit or damage.
+  // Limits in metres. A value outside is a wavelength in another unit, or damage.
   constexpr double kShortest = 1e-9, kLongest = 1e-3;
   const double said = file.at<float>(168);
   const bool sane = said >= kShortest && said <= kLongest;
@@ -101,7 +101,7 @@ HeightMap read_zygo(const MeasuredSource& source) {
     file.fail(72, fmt::format("{} bytes of phase", said),
               fmt::format("{}, as {} x {} points have", phase_bytes, columns, rows));
   const std::size_t first = phase_position(file, header, phase_bytes);
-  // The scale factor (0.5 for a mirror at normal incidence) makes it a surface already.
+  // With the scale factor (0.5 for a mirror at normal incidence) the heights are those of the surface.
   agreed_wavefront(source.path, source.wavefront, false);
   const double factor = height_per_count(file, source);
 
@@ -112,7 +112,7 @@ HeightMap read_zygo(const MeasuredSource& source) {
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column) {
       const std::int32_t count = file.at<std::int32_t>(first + 4 * (row * columns + column));
-      // The top row comes first.
+      // The file starts with the top row.
       if (count < kFirstInvalid) map.height(rows - 1 - row, column) = factor * count;
     }
   return map;

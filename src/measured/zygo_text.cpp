@@ -12,7 +12,7 @@ using namespace internal;
 
 namespace {
 
-// The lines before the first '#', which have their places and no names. Counted from 1 as in messages.
+// The lines before the first '#', identified by position only and counted from 1, as in messages.
 class ZygoHeader {
  public:
   explicit ZygoHeader(const std::string& path, TextLines* lines) : path_(path) {
@@ -33,7 +33,7 @@ class ZygoHeader {
                        fmt::format("{} lines or more before '#'", number));
     return lines_[number - 1];
   }
-  // Field of a line, from 1.
+  // Returns a field of a line; both count from 1.
   double number(std::size_t line_number, std::size_t field, const char* what) const {
     const std::vector<std::string_view> fields = words(line(line_number));
     const std::optional<double> value =
@@ -50,7 +50,7 @@ class ZygoHeader {
       fail_at_line(path_, long(line_number), fmt::format("{} {:g}", what, value), "a whole number");
     return std::int64_t(value);
   }
-  // The wavelength [m] of line 8, where it is one, must be that of the option.
+  // Returns the wavelength [m] of line 8 if it is plausible. The option must agree with it.
   double wavelength(const MeasuredSource& source) const {
     constexpr double kShortest = 1e-9, kLongest = 1e-3;
     const double said = number(8, 3, "the wavelength [m]");
@@ -71,7 +71,7 @@ struct ZygoPoint {
   double x = 0, y = 0, height = 0;
 };
 
-// "x y height" or "x y No Data" a line, up to '#'.
+// Reads lines "x y height" or "x y No Data" up to '#'.
 std::vector<ZygoPoint> zygo_points(TextLines* lines, double factor) {
   std::vector<ZygoPoint> points;
   std::string_view line;
@@ -91,7 +91,7 @@ std::vector<ZygoPoint> zygo_points(TextLines* lines, double factor) {
   lines->fail("the end of the file", "'#' behind the last point");
 }
 
-// Positions count samples of the camera, or of the map where its corner is left out of them.
+// Positions count camera samples, or map samples if the corner of the map is not included in them.
 void place_points(const std::string& path, const std::vector<ZygoPoint>& points, double first_x,
                   double first_y, HeightMap* map) {
   const auto fits = [&](double x0, double y0) {
@@ -113,7 +113,7 @@ void place_points(const std::string& path, const std::vector<ZygoPoint>& points,
         point.height;
 }
 
-// Blocks of whole numbers, each ended by '#'.
+// Reads blocks of whole numbers, each ended by '#'.
 std::vector<std::vector<std::int64_t>> zygo_blocks(TextLines* lines) {
   std::vector<std::vector<std::int64_t>> blocks(1);
   std::string_view line;
@@ -134,7 +134,7 @@ std::vector<std::vector<std::int64_t>> zygo_blocks(TextLines* lines) {
   return blocks;
 }
 
-// Height of one count [m], S O W / R as in the binary file.
+// Returns the height of one count [m], S O W / R as in the binary file (zygo.cpp).
 double zygo_count(const ZygoHeader& header, const MeasuredSource& source) {
   const double scale = header.number(8, 2, "the interferometric scale factor"),
                obliquity = header.number(8, 5, "the obliquity factor");
@@ -149,12 +149,12 @@ double zygo_count(const ZygoHeader& header, const MeasuredSource& source) {
   return scale * obliquity * header.wavelength(source) / kCountsPerWave[resolution] * (inverted ? -1 : 1);
 }
 
-// Counts from here on are no data.
+// Counts from this value on mean no data.
 constexpr std::int64_t kNoZygoCount = 2147483640;
 
 void place_counts(const std::string& path, const std::vector<std::vector<std::int64_t>>& blocks, double count,
                   HeightMap* map) {
-  // Frames of intensity come before the phase.
+  // Intensity frames precede the phase.
   const std::size_t wanted = std::size_t(map->height.size()),
                     there = blocks.empty() ? 0 : blocks.back().size();
   if (there != wanted)
@@ -178,12 +178,12 @@ HeightMap read_zygo_text(const MeasuredSource& source) {
                  fmt::format("'{}' or '{}'", kZygoXyzTitle, kZygoAsciiTitle));
   const std::int64_t columns = header.count(4, 3, "the width of the phase"),
                      rows = header.count(4, 4, "its height");
-  // A point takes two bytes or more.
+  // A point needs at least two bytes.
   require_map_size(source.path, "line 4", columns, rows);
   if (std::uint64_t(columns) * std::uint64_t(rows) > lines.bytes_left() / 2)
     fail_at_line(source.path, 4, fmt::format("{} x {} points", columns, rows),
                  fmt::format("as many as {} bytes behind the header can hold", lines.bytes_left()));
-  // The scale factor makes it a surface already.
+  // With the scale factor the heights are those of the surface.
   agreed_wavefront(source.path, source.wavefront, false);
   const double pitch = agreed_pitch(source, header.number(8, 7, "the pitch [m]"));
   HeightMap map = empty_map(rows, columns, pitch, pitch);
@@ -191,7 +191,7 @@ HeightMap read_zygo_text(const MeasuredSource& source) {
   std::erase(comment, '"');
   map.label = one_line(comment, 82);
   if (xyz) {
-    // MetroPro writes micrometres; later programs let their user choose, who then says it.
+    // MetroPro writes micrometres. Later programs let the user choose; the option then gives the unit.
     const double factor =
         source.value_in_waves ? header.wavelength(source) : source.value_factor.value_or(1e-6);
     map.file_unit = factor;

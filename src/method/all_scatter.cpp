@@ -16,7 +16,6 @@
 namespace aberfit {
 namespace {
 
-// What surfaces of the whole PSD are drawn from.
 struct Drawing {
   std::shared_ptr<const BandSplit> split;
   TermSet terms;
@@ -33,17 +32,16 @@ Drawing drawing_of(const FitCase& of) {
   return drawing;
 }
 
-// Statistics of mirrors of the whole PSD, drawn one after the other.
 class DrawnMirrors {
  public:
   DrawnMirrors(const FitCase& of, const std::vector<Statistic>& statistics)
       : of_(of), statistics_(statistics), drawing_(drawing_of(of)), bench_(bench()) {
-    // From one draw to the next, half of their time: drawn mirrors whose light differs by less than their
-    // tolerances have their rings next to each other's.
+    // Following rings from one mirror to the next halves the time. It is safe where the encircled energies of
+    // single mirrors differ by less than their tolerances, because their rings then lie close together.
     if (of.ground.shares && of.ground.shares->spread < 1) workspace_.follow_rings();
   }
 
-  // The mean of the first `count`; of what needs no light, of the first `surfaces`.
+  // Returns the mean of the first `count` mirrors; statistics of the surface alone use the first `surfaces`.
   FreshStatistics mean(int count, int surfaces, Warnings* warnings) {
     draw_up_to(count, warnings);
     FreshStatistics fresh;
@@ -118,9 +116,9 @@ class DrawnMirrors {
   Eigen::MatrixXd values_;
 };
 
-// As many as make half of every interval as narrow as its share of the margin. Decided by the spread of
-// the first ones alone, not by where their mean is (Stein 1945): looking again while a verdict is undecided
-// would make a 5 % error one of 11 %.
+// Number of mirrors that reduces half of every interval to its fraction of the margin. It depends on the
+// spread of the first group alone, not on their mean (Stein 1945); repeated tests of an undecided verdict
+// would raise a 5 % error to 11 %.
 double enough_draws(const EquivalenceMetric& metric) {
   const double half = 0.5 * (metric.interval[1] - metric.interval[0]) / metric.margin;
   return std::isfinite(half) ? law::kGroups * std::pow(half / law::kShareOfMargin, 2) : 0;
@@ -148,8 +146,7 @@ TermSet drawn_waves(const Groundwork& ground, const BandSplit& split) {
   TermSet waves;
   waves.radius = ground.radius;
   const double low = std::max(split.low().f_min(), 0.0), high = split.low().f_max();
-  // The grid of the aperture's box, and a coarser one of a band that has more waves than that has to
-  // kDrawnCycles.
+  // The grid of the aperture's box, or a coarser one where that has too many waves up to kDrawnCycles.
   waves.fourier_pitch =
       std::max(1 / (2 * ground.radius), std::sqrt((high - low) * (high + low)) / law::kDrawnCycles);
   waves.fourier = fourier_lattice(split.low(), waves.fourier_pitch);

@@ -25,7 +25,7 @@ using namespace internal;
 
 namespace {
 
-// Standard deviations of what is fitted, in the units of what is shown.
+// Standard deviations of fitted values, converted to the units of the shown values.
 Eigen::VectorXd shown_std(const std::vector<Target>& targets, const Eigen::VectorXd& fitted) {
   Eigen::VectorXd shown = fitted;
   for (Eigen::Index k = 0; k < shown.size(); ++k) {
@@ -36,20 +36,19 @@ Eigen::VectorXd shown_std(const std::vector<Target>& targets, const Eigen::Vecto
   return shown;
 }
 
-// What the gap between the fit's grid and the one that judges may take of the margin. Errors grow as the
-// square of the pitch, so that a judging grid that is coarser than the safe one sees less of the gap to the
-// truth.
+// Fraction of the margin for the difference between the fit's grid and the judging grid. Errors grow as the
+// square of the pitch, so a judging grid coarser than the safe one shows only part of the fit's error.
 double allowed_gap(double of_fit, double of_judge) {  // pitches over the safe one
   if (of_judge <= 1) return law::kGridShareOfMargin;
   return law::kGridShareOfMargin * (of_fit * of_fit - of_judge * of_judge) /
          std::max(1e-3, of_fit * of_fit - 1);
 }
 
-// Ends a fit that no longer comes nearer: in so many iterations by less than a tenth.
+// Detects a fit that no longer improves, see law::kPatience.
 class RestWatch {
  public:
   bool rests(const FitProgress& p) {
-    if (p.solve != solve_) best_ = kInfinity;  // of another smoothing, whose mismatch begins anew
+    if (p.solve != solve_) best_ = kInfinity;  // the mismatch starts anew with another smoothing
     solve_ = p.solve;
     if (p.worst_mismatch < law::kWorthwhile * best_) {
       best_ = p.worst_mismatch;
@@ -63,7 +62,7 @@ class RestWatch {
   int since_ = 0, solve_ = 0;
 };
 
-// lowest: of the worst mismatches that the fit has been through.
+// lowest: smallest of the worst mismatches during the fit.
 FitOptions fit_options(const FitCase& of, const FitPlan& plan, double* lowest) {
   FitOptions fit;
   fit.prior = of.task.fit.prior;
@@ -86,7 +85,6 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, double* lowest) {
   return fit;
 }
 
-// The draw that a plan begins with, in white coordinates.
 Eigen::VectorXd first_draw(const FitSpec& asked, const FitPlan& plan) {
   const Eigen::Index size = plan.terms->prior.size();
   if (plan.warm.size() > 0) return plan.warm;
@@ -96,7 +94,7 @@ Eigen::VectorXd first_draw(const FitSpec& asked, const FitPlan& plan) {
                               : RandomStream(asked.seed, "starts").bits(std::uint64_t(plan.start)));
 }
 
-// Largest |S - T| / tolerance; infinite where a statistic has no value, which is no match.
+// Largest |S - T| / tolerance; infinite where a statistic has no value.
 double worst_mismatch(const std::vector<Target>& aims, const Eigen::VectorXd& values) {
   double worst = 0;
   for (Eigen::Index k = 0; k < values.size(); ++k) {
@@ -107,7 +105,7 @@ double worst_mismatch(const std::vector<Target>& aims, const Eigen::VectorXd& va
   return worst;
 }
 
-// By the criterion the fit is stopped with, PSD bins included.
+// The same with PSD bins, as in the stopping criterion of the fit.
 double worst_mismatch(const FitProblem& problem, const FitResult& fit) {
   double worst = worst_mismatch(problem.targets, fit.smooth_statistics);
   for (Eigen::Index b = 0; b < fit.spectrum.size(); ++b)
@@ -116,7 +114,6 @@ double worst_mismatch(const FitProblem& problem, const FitResult& fit) {
   return worst;
 }
 
-// How far the fit's own rays are from fresh ones, and those from each other.
 RayChoice ray_choice(const FitCase& of, const FitPlan& plan, const Attempt& attempt) {
   RayChoice choice;
   choice.automatic = plan.automatic_rays;
@@ -128,7 +125,7 @@ RayChoice ray_choice(const FitCase& of, const FitPlan& plan, const Attempt& atte
   for (Eigen::Index k = 0; k < attempt.own.size(); ++k) {
     const double scale = aim_of(of.targets.fitted[std::size_t(k)]).scale;
     if (!(scale > 0)) continue;
-    // What has no value on one of the two is no agreement.
+    // A statistic without a value on either sample counts as infinitely different.
     const double gap = std::abs(attempt.own[k] - fresh[k]) / scale, of_fresh = error[k] / scale;
     choice.gap = std::isnan(gap) ? kInfinity : std::max(choice.gap, gap);
     choice.sampling_error = std::isnan(of_fresh) ? kInfinity : std::max(choice.sampling_error, of_fresh);
@@ -146,8 +143,7 @@ FitProblem problem_of(const FitCase& of, const Workbench& bench, const Coefficie
   return problem;
 }
 
-// Whether the sample of a fit was fine enough, by what the one that judged it says of what was fitted; says
-// so in the result.
+// Returns whether the sample of a fit was fine enough, judged by the fresh sample. Writes `ray_choice`.
 bool is_fine_enough(const FitCase& of, const FitPlan& plan, Attempt* attempt) {
   RayChoice& choice = attempt->result.ray_choice.emplace(ray_choice(of, plan, *attempt));
   if (of.ground.use.model != FocusModel::kWaves)
@@ -158,7 +154,7 @@ bool is_fine_enough(const FitCase& of, const FitPlan& plan, Attempt* attempt) {
   return explain_cells(attempt->result.rays, share, &choice) || plan.coarsening <= law::kLeastCoarsening;
 }
 
-// The same on twice the rays from the draw, or on the next finer grid from where the fit has come to.
+// The same plan with more rays from the same start, or on the next finer grid from the fitted surface.
 FitPlan on_a_finer_sample(const FitCase& of, FitPlan plan, const Attempt& attempt) {
   if (of.ground.use.model != FocusModel::kWaves) {
     plan.pupil.rays = more_rays(rays_of(plan.pupil));
@@ -169,7 +165,7 @@ FitPlan on_a_finer_sample(const FitCase& of, FitPlan plan, const Attempt& attemp
   return plan;
 }
 
-// Phases that turn too far from cell to cell have no pattern on a grid; a finer one has.
+// Phases that change too much between grid cells have no diffraction pattern; a finer grid may have one.
 bool has_no_pattern(const FitCase& of, const FitPlan& plan, const Attempt& attempt) {
   const FitStatus status = attempt.result.fit.status;
   return of.ground.use.model == FocusModel::kWaves && plan.coarsening > law::kLeastCoarsening &&
@@ -273,7 +269,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
 
   const SpectrumTarget spectrum = make_spectrum_target(of.task, of.ground, result.terms, prior, threads);
   const FitProblem problem = problem_of(of, bench, prior, spectrum);
-  double lowest = HUGE_VAL;  // what is known of a fit that was given up
+  double lowest = HUGE_VAL;  // smallest mismatch of a fit that was ended early
   const Eigen::VectorXd draw = first_draw(of.task.fit, plan);
   result.fit = calibrate(problem, draw, fit_options(of, plan, &lowest));
   if (result.fit.status == FitStatus::kCancelled && !of.context.stopped()) {

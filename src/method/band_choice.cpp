@@ -18,7 +18,6 @@ using namespace internal;
 
 namespace {
 
-// Largest spread over its tolerance, and whose.
 void describe_spread(const LightOfMirrors& light, double cut, BandShares* shares) {
   if (light.judged.discs.empty()) return;
   const Eigen::ArrayXd differ = light.spread.light(cut);
@@ -63,7 +62,7 @@ std::string reason_of(const Groundwork& ground, const BandShares& shares) {
                      format_quantity(shares.low_rms, Dimension::kLength), scatter, spread);
 }
 
-// Theories of rays alone, where a study asks for one: the rest is a slope of every ray's own.
+// True for a theory of rays alone. The rest of the roughness is then an independent slope of each ray.
 bool only_rays(const PhysicsChoice& use) {
   return use.model == FocusModel::kRays && use.theory != Theory::kGhs;
 }
@@ -86,7 +85,7 @@ BandRule rule_of(const Task& task, const BandSpec& band) {
                                                                             : BandRule::kAll;
 }
 
-// Why rays cannot be split at a cut that was asked for, a clause; empty: they can.
+// Returns why rays cannot be split at a requested cut, a clause; empty: they can.
 std::string obstacle_to_rays(const Task& task, const Groundwork& ground, double cut) {
   if (task.target.convention == Convention::kPaper)
     return "convention \"paper\" turns terms and drawn rays by different angles";
@@ -99,7 +98,7 @@ std::string obstacle_to_rays(const Task& task, const Groundwork& ground, double 
   return "";
 }
 
-// Whether there is anything to split and a way to do it.
+// Returns whether the roughness can be split. Throws FieldError for a requested cut that is not possible.
 bool can_cut(const Task& task, const BandSpec& band, const Layout& layout) {
   const Groundwork& ground = layout.ground;
   if (band.rule == BandRule::kAll || !ground.psd) return false;

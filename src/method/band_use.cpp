@@ -18,7 +18,7 @@ BandUse band_use(const Task& task, const Groundwork& ground, const TermSet& term
     const int order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
     cut(zernike_cutoff(order, ground.radius), "zernike");
   } else {
-    // A plane wave stands for a cell around it: the band ends where the farthest one's share does.
+    // A plane wave represents a cell of frequencies; the band ends where the farthest cell ends.
     double highest = 0;
     for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
     if (task.terms.fourier && task.terms.fourier->sampling == FourierSampling::kLog) highest = psd.f_max();
@@ -27,7 +27,7 @@ BandUse band_use(const Task& task, const Groundwork& ground, const TermSet& term
   cut(0.5 * std::sqrt(double(rays) / aperture_area(task.aperture)), "rays");
   band.modelled_f_max = std::max(band.modelled_f_max, psd.f_min());
   const PsdMoments all = psd_moments(psd);
-  // The part that is left out, not the difference of two nearly equal numbers.
+  // The left-out part itself, because the difference of two nearly equal numbers loses digits.
   if (band.modelled_f_max < psd.f_max()) {
     const PsdMoments rest = psd_moments(psd.band(band.modelled_f_max, psd.f_max()));
     band.left_out_height_share = rest.height_variance / all.height_variance;

@@ -21,8 +21,7 @@ using namespace internal;
 
 namespace {
 
-// Up to where the terms have the roughness: the cut, or where there is none a tenth below their own last
-// frequency.
+// Highest frequency of the roughness in the terms: the cut, or a tenth below their own last frequency.
 double last_frequency(const Groundwork& ground, const TermSet& terms) {
   double last = 0;
   for (const FourierMode& mode : terms.fourier) last = std::max(last, std::hypot(mode.fx, mode.fy));
@@ -31,14 +30,14 @@ double last_frequency(const Groundwork& ground, const TermSet& terms) {
   return ground.split ? ground.prior_psd->f_max() : std::min(last, ground.prior_psd->f_max());
 }
 
-// From `low` to `high` [cycles/m]; empty where there is nothing between them.
+// Edges from `low` to `high` [cycles/m]; empty where there is nothing between them.
 Eigen::ArrayXd bin_edges(double low, double high) {
   if (!(high > low)) return {};
   const auto bins = std::max(Eigen::Index(1), Eigen::Index(law::kBinsPerOctave * std::log2(high / low)));
   return Eigen::ArrayXd::LinSpaced(bins + 1, std::log(low), std::log(high)).exp();
 }
 
-// Where one more draw of `draws` lies, by the cube roots; of several such properties at once, all of them.
+// Interval of one more realisation, from the cube roots. of_several: number of simultaneous properties.
 BesideDraws beside(double value, const std::vector<double>& draws, Eigen::Index of_several) {
   BesideDraws result;
   result.value = value;
@@ -64,8 +63,8 @@ BesideDraws beside(const LookedAt& surface, const std::vector<LookedAt>& draws, 
   return beside(property(surface), values, of_several);
 }
 
-// No draw is too round: the logarithm is a length in the plane of the two anisotropies, its square a gamma
-// variate, and the band has one end.
+// The same for the anisotropy. No surface is too round, so the interval has one end. The logarithm is a
+// length in the plane of the two anisotropies; its square is a gamma variate.
 BesideDraws beside_in_roundness(const LookedAt& surface, const std::vector<LookedAt>& draws) {
   BesideDraws squares = beside(surface, draws, 1, [](const LookedAt& looked) {
     return std::pow(std::log(looked.length_over_width), 2);
@@ -75,13 +74,11 @@ BesideDraws beside_in_roundness(const LookedAt& surface, const std::vector<Looke
   return result;
 }
 
-// Mean of S over a ring of frequencies.
 double mean_over(const RadialPsd& psd, double low, double high) {
   return psd_moments(psd.band(low, high)).height_variance / (std::acos(-1) * (high * high - low * low));
 }
 
-// Pitch of a grid that holds the image [m], by the light of the specification; 0, with a word why, where
-// there is none.
+// Pitch [m] of a grid that holds the image of the specification; 0, with a reason, where there is none.
 double pitch_of_image(const Task& task, const Groundwork& ground, const TermSet& terms,
                       std::string* obstacle) {
   if (!ground.specified_spot) {
@@ -153,15 +150,14 @@ std::string Character::fault() const {
   return worst;
 }
 
-// PSD and shape are compared for the roughness alone, as the errors of segments have no PSD. Other light is
-// that of all terms.
+// PSD and shape are compared without segment errors, which have no PSD; other wavelengths include them.
 Character character_of(const Task& task, const Groundwork& ground, const TermSet& all,
                        const Eigen::VectorXd& coefficients, const RunContext& context) {
   const TermSet terms = all.without_segments();
   Character character;
   character.draws = law::kCharacterDraws;
   character.f_low = 0.5 * law::kLeastCycles / ground.radius;
-  // Differences of neighbours take twice the cells of waves: they keep 0.95 of the steepest slopes.
+  // Differences of neighbours need twice the grid cells of waves to keep 0.95 of the steepest slopes.
   const double cells_per_cycle = 2 * law::kCellsPerCycle;
   character.f_high =
       std::min(last_frequency(ground, terms), 0.25 * law::kMostCells / (cells_per_cycle * ground.radius));

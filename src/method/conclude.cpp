@@ -21,7 +21,6 @@ using namespace internal;
 
 namespace {
 
-// A warning where the fitted surface itself calls for another model than its specification.
 void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surface, Warnings* warnings) {
   const FocusModel specified = regime(ground.numbers), own = regime(surface);
   if (own == specified) return;
@@ -33,8 +32,8 @@ void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surfac
                    ground.numbers.kappa, to_string(specified))});
 }
 
-// A focus can be met by a surface that no roughness of the specification makes: its height in frequencies
-// that the statistics do not see, or one lump of it.
+// A surface can meet the focus without being a realisation of the specification: with height in frequencies
+// that no statistic depends on, or in a single lump.
 void warn_of_absurd_height(double rms_height, double specified, Warnings* warnings) {
   if (rms_height <= law::kAbsurdRatio * specified) return;
   warnings->push_back(
@@ -65,7 +64,7 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
   surface.g = 4 * kPi * surface.rms_height / task.wavelength;
   surface.kappa = std::nan("");  // unknown without a spectrum
   if (ground.term_psd) {
-    // Same shape of spectrum, the fitted surface's own height.
+    // The spectrum keeps its shape and takes the height of the fitted surface.
     const double specified = psd_moments(*ground.term_psd).rms_height(),
                  factor = surface.rms_height / specified;
     warn_of_absurd_height(surface.rms_height, specified, &result.warnings);
@@ -77,18 +76,17 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
   }
 }
 
-// Of geometric rays against light over all planes, where choose_model stopped at the first.
+// Error of geometric rays against wave optics over all planes; choose_model may have stopped at the first.
 double ray_error(const Task& task, const Groundwork& ground) {
   return choose_model(*ground.psd, task.mirror, task.aperture, task.wavelength, HUGE_VAL).ray_error;
 }
 
-// The intervals of rays, with what rays are off by themselves.
 void bear_model_error(double model_error, FitOutcome* result) {
   for (EquivalenceMetric& metric : result->metrics) metric = with_model_error(metric, model_error);
   result->verdict = overall(result->metrics);
 }
 
-// Rays that have their model's error to bear have less of the margin for their own.
+// The ray model's error uses part of the margin, so less of it is left for the sampling error.
 void judge_on_more_rays(const FitCase& of, double model_error, Attempt* attempt) {
   if (!attempt->bench) return;
   FitOutcome* result = &attempt->result;
@@ -102,8 +100,8 @@ void judge_on_more_rays(const FitCase& of, double model_error, Attempt* attempt)
   }
 }
 
-// The verdict is light's unless the study names another theory. Where light has no answer, a good result on a
-// simpler model decides nothing.
+// Wave optics gives the verdict unless the study names another theory. Where it cannot be computed, agreement
+// by a simpler model decides nothing.
 void ask_light(const FitCase& of, Attempt* attempt) {
   FitOutcome* result = &attempt->result;
   if (of.ground.use.in_light(of.targets.theory == "given")) return;
@@ -148,7 +146,7 @@ void conclude(const FitCase& of, Attempt* attempt) {
   tell_spread(of, &result);
   const Warnings& of_points = attempt->fresh.rays > 0 ? attempt->fresh_warnings : attempt->own_warnings;
   result.warnings.insert(result.warnings.end(), of_points.begin(), of_points.end());
-  // Who was asked to stop says what the surface is and no more.
+  // An interrupted run describes the surface and leaves out further comparisons.
   if (!of.context.stopped()) ask_perfect_mirror(of, &result);
   tell_scatter_of_rest(of, &result);
   if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);

@@ -38,13 +38,13 @@ FrontierPoint frontier_point(const Attempt& attempt, double seconds) {
   return point;
 }
 
-// The sets of a run in the order they are fitted, and the one that is kept.
+// The sets of a run in the order of their fits, and the set that is kept.
 class Sets {
  public:
-  // most: sets that are tried at most; 0: not known.
+  // most: largest number of sets; 0: unknown.
   Sets(const FitCase& of, int most) : of_(of), most_(most) {}
 
-  // Whether these terms are equivalent; from as many starts as the task says.
+  // Fits these terms from the task's number of starts; true when one fit is equivalent.
   bool pass(const TermsSpec& asked) {
     const auto begin = Clock::now();
     of_.context.say("prior");
@@ -67,7 +67,6 @@ class Sets {
 
   const Attempt& kept() const { return *kept_; }
   Attempt take() { return std::move(*kept_); }
-  // message: which set was taken and why.
   Attempt finish(bool fewest, std::string message) {
     Frontier frontier;
     frontier.fewest = fewest;
@@ -83,7 +82,7 @@ class Sets {
   }
 
  private:
-  // An equivalent set of fewer terms goes first, then an equivalent one, then the nearest.
+  // The order of preference is: an equivalent set of fewer terms, any equivalent set, the nearest set.
   bool is_kept(const Attempt& now) const {
     if (!kept_) return true;
     if (is_equivalent(now) != is_equivalent(*kept_)) return is_equivalent(now);
@@ -108,7 +107,7 @@ std::string set_of(const Attempt& attempt) {
   return fmt::format("{} terms: {}", terms.size(), fmt::join(families, " and "));
 }
 
-// More terms help where what was fitted or judged is off, not where a verdict is open.
+// More terms help where a fitted or judged statistic is off, not where a verdict is undecided.
 bool asks_for_more(const Attempt& attempt) {
   return attempt.result.verdict == Verdict::kDifferent || attempt.result.fit.status != FitStatus::kConverged;
 }

@@ -3,8 +3,7 @@
 
 namespace aberfit::internal {
 
-/// Pitch of a grid as fine as the light of everything that is asked of it needs, times `coarsening` [m]; 0 by
-/// rays. Throws ComputationError as wave_pitch does.
+/// Pitch [m] of a grid fine enough for all targets, times `coarsening`; 0 by rays. Throws as wave_pitch.
 double grid_pitch(const FitCase& of, const TermSet& terms, double coarsening);
 
 }  // namespace aberfit::internal

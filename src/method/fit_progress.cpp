@@ -34,7 +34,7 @@ std::string FitProgressLine::operator()(const FitProgress& p) {
     return line + fmt::format(", likely end at {:.2g} to {:.2g} s", law::kFewIterations * each,
                               law::kManyIterations * each);
   }
-  // At this pace the rest takes more iterations than fits do.
+  // The remaining iterations at this rate are more than fits usually take.
   const double each = (p.seconds - first_.seconds) / (p.iteration - first_.iteration);
   if (!(left <= law::kManyIterations * each)) return line + ", no end in sight";
   return line + fmt::format(", likely end at {:.2g} s", p.seconds + left);

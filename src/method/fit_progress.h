@@ -6,23 +6,23 @@
 
 namespace aberfit::internal {
 
-/// Turns the progress of one fit into the line that people read: the set of terms, the iteration, how far it
-/// is from its tolerances, the time so far and when it is likely to end.
+/// Turns the progress of one fit into a line for people: set of terms, iteration, distance from the
+/// tolerances, elapsed time and expected end.
 class FitProgressLine {
  public:
-  /// set: which set of terms this is, from 1; most: how many are tried at most, 0 where that is not known.
+  /// set: number of this set of terms, from 1; most: largest number of sets, 0 where unknown.
   explicit FitProgressLine(Eigen::Index terms, int set = 1, int most = 0, int start = 0);
 
-  /// The line of the fit after this iteration; to be called after each.
+  /// Returns the line after this iteration; to be called after each.
   std::string operator()(const FitProgress& p);
 
  private:
   std::string set_;
-  FitProgress first_;  // of the solve that is under way
+  FitProgress first_;  // of the current solve
 };
 
-/// Seconds from the first to the last progress over the iterations between, times those that are left until
-/// the largest mismatch is 1 where it goes on to fall by the same factor in each. NaN where it does not fall.
+/// Expected remaining time [s]: the time per iteration, times the iterations until the largest mismatch is 1
+/// if it keeps falling by the same factor. NaN where it does not fall.
 double seconds_left(const FitProgress& first, const FitProgress& last);
 
 }  // namespace aberfit::internal

@@ -16,7 +16,7 @@ using namespace internal;
 
 namespace {
 
-// What of a JudgedSet was looked at, at these places, goes into what is known of it.
+// Writes statistics at these places of a JudgedSet into the fresh statistics.
 void take_over(const FreshStatistics& part, const std::vector<Eigen::Index>& places, FreshStatistics* fresh) {
   FreshStatistics all = part;
   all.value = std::move(fresh->value);
@@ -28,8 +28,8 @@ void take_over(const FreshStatistics& part, const std::vector<Eigen::Index>& pla
   *fresh = std::move(all);
 }
 
-// On a grid of law::kCellsOfALook across where the safe one has more, up to twice as coarse, but finer than
-// the fit's.
+// The first judging grid has law::kCellsOfALook cells across where the safe one has more. It is at most twice
+// as coarse as the safe grid, and finer than the fit's.
 double first_coarsening(const FitCase& of, const Attempt& attempt) {
   if (attempt.bench->model != FocusModel::kWaves) return 1;
   const double safe = grid_pitch(of, attempt.result.terms, 1);
@@ -38,7 +38,7 @@ double first_coarsening(const FitCase& of, const Attempt& attempt) {
   return std::max(1.0, std::min({affordable, finer, 2.0}));
 }
 
-// Looks at these targets of `judged` and brings what is known of the attempt up to date.
+// Computes these targets of `judged` on a fresh sample and updates the attempt.
 void look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::size_t>& open,
              double coarsening, std::int64_t rays, Attempt* attempt) {
   const FitOutcome& result = attempt->result;
@@ -79,7 +79,7 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   std::vector<std::size_t> open(judged.targets().size());
   std::iota(open.begin(), open.end(), std::size_t(0));
   attempt->first_seen = {};
-  // The safe grid decides what the error of a coarse one leaves open.
+  // The safe grid decides statistics that the error of a coarse grid leaves undecided.
   for (double coarsening = first_coarsening(of, *attempt);; coarsening = 1) {
     look_at(of, judged, open, coarsening, rays, attempt);
     result.metrics = judged.judge(attempt->fresh, of.task.equivalence);

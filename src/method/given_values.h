@@ -6,8 +6,7 @@
 
 namespace aberfit::internal {
 
-/// Throws FieldError where given values of encircled energy in one plane contradict each other: no pattern
-/// has less light in a larger circle.
+/// Throws FieldError where a larger given circle in one plane holds less energy than a smaller one.
 void check_given_energies(const std::vector<Wanted>& wanted);
 
 }  // namespace aberfit::internal

@@ -23,7 +23,7 @@ using namespace internal;
 
 namespace {
 
-// Spot scale of a study that gives its targets as values: the first value that has one.
+// Spot scale of a study with given targets: from the first value that determines one.
 double scale_of_values(const Task& task) {
   for (const StatisticRequest& request : task.target.statistics)
     if (const auto sigma = spot_sigma(request, task.mirror.focal_length)) return *sigma;
@@ -35,7 +35,7 @@ std::shared_ptr<const GeneralisedHarveyShack> spot_of(const Task& task, const Ra
   return std::make_shared<const GeneralisedHarveyShack>(psd, task.mirror, task.aperture, task.wavelength);
 }
 
-// Theories that have a transfer function; the spot's scale then includes diffraction.
+// Sets the spot of theories that have a transfer function; its scale then includes diffraction.
 void set_mean_spot(const Task& task, Groundwork* ground) {
   if (ground->use.theory != Theory::kGhs) return;
   ground->mean_spot = ground->specified_spot = spot_of(task, *ground->psd);
@@ -49,10 +49,9 @@ void set_mean_spot(const Task& task, Groundwork* ground) {
   }
 }
 
-// Statistics by default look at planes up to five plane units out of focus, of a spot without a core two. A
-// spot so deep that they would lie behind the mirror has them nearer, held at a tenth of the focal length
-// (plane_unit). Where diffraction alone is that deep, or slopes are as steep as to leave their first order,
-// there is no focus to speak of.
+// Checks that the default planes lie in front of the mirror, up to five plane units from the focus, or two
+// without a core. For a deep spot plane_unit is limited to a tenth of the focal length. If diffraction alone
+// is that deep, or slopes are beyond first order, there is no usable focus.
 void check_depth(const Task& task, Groundwork* ground) {
   if (!task.target.statistics.empty()) return;
   const double units = ground->default_planes();
@@ -84,7 +83,7 @@ void check_depth(const Task& task, Groundwork* ground) {
              units, found, format_quantity(units * ground->default_unit(), Dimension::kLength))});
 }
 
-// How closely the theory's own values are to be met.
+// The closest tolerance of a target that comes from theory.
 double closest_tolerance(const Task& task) {
   double closest = task.target.statistics.empty() ? StatisticRequest{}.tolerance : 1;
   for (const StatisticRequest& request : task.target.statistics)
@@ -92,11 +91,10 @@ double closest_tolerance(const Task& task) {
   return closest;
 }
 
-// Closed forms are of first order in the slope; exact rays leave them by 4.6 slope^2 of a radius (PHYSICS 5;
-// tests/stability/fast_mirror_edge_test.cpp). A surface by rays whose radii, height and angles of scatter are
-// all to be such a theory's is asked for what no mirror does. Where the tolerance of a fit sees that, what is
-// left to the program takes its targets from rays as steep as the specification's: in a scene for which rays
-// will do, and where there is no wave theory.
+// Closed forms are of first order in the slope; radii from exact rays differ by 4.6 slope^2 (PHYSICS 5;
+// tests/stability/fast_mirror_edge_test.cpp). No surface by rays has the radii, height and scatter angles of
+// the closed form at once. Where the tolerance is below that error, automatic targets come from rays with the
+// specified slopes: in scenes for which rays are accurate, and in those without a wave theory.
 void mind_steep_slopes(const Task& task, const PhysicsRequest& asked, Groundwork* ground) {
   PhysicsChoice& use = ground->use;
   const double slope = ground->numbers.rms_slope_per_axis, error = law::kSecondOrder * slope * slope,
@@ -129,11 +127,9 @@ bool Groundwork::has_core() const {
          !(mean_spot->surface_transfer(half_side) < law::kUnseenLight);
 }
 
-// Without a core a spot is as wide as its scatter, which every plane shows. Two units from the focus the mean
-// square radius is the cone's and the scatter's in equal parts, at five it is 6/7 the cone's. Planes farther
-// out are asked for by name: by waves they take two to seven times as long, since the cone of light turns
-// from cell to cell, and roughness of few modes has no room for them (12 to 29 modes: 66 statistics and 53 to
-// 86 guides for 88 to 117 terms came out different by 1.3 to 2.4 margins after minutes, tests/stability).
+// Without a core, a spot is as wide as its scatter, and every plane shows it. The cone has half of the mean
+// square radius at two units from the focus, and 6/7 at five. Farther planes must be named: by waves they
+// need finer grids, and a roughness of few modes cannot meet so many statistics (tests/stability).
 double Groundwork::default_planes() const { return has_core() ? 5 : 2; }
 
 Groundwork lay_groundwork(const Task& task) { return lay_groundwork(task, requested_physics(task)); }

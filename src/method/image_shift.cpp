@@ -16,7 +16,7 @@
 namespace aberfit {
 namespace {
 
-// Where the mirror without roughness has the centroid of its rays, which is that of its light.
+// Centroid of the rays of the mirror without roughness, which equals that of its irradiance.
 std::array<double, 2> centroid_of_rays(const Task& task) {
   const PupilSample cells = diffraction_pupil(task.aperture, task.mirror.focal_length,
                                               2 * aperture_radius(task.aperture) / law::kLeastCells)
@@ -31,7 +31,7 @@ RadialPsd roughness_of(const Task& task) {
   return RadialPsd(GaussianPsd{law::kSmoothG / (4 * kPi) * task.wavelength, aperture_radius(task.aperture)});
 }
 
-// A clause; empty where the margin does not see the shift. Aberrations too steep for the cells are seen.
+// A clause about ee50; empty where the margin allows the shift. Aberrations too steep for the grid count.
 std::string effect_on_radii(const Task& task) {
   try {
     const AberratedLight light(GhsPupil(task.mirror, task.aperture, task.wavelength));
@@ -46,7 +46,7 @@ std::string effect_on_radii(const Task& task) {
   return "they are about as large as that shift, whatever the spot is";
 }
 
-// Z_2 = 2 x/R and Z_3 = 2 y/R; a surface that tilts by X/(2f) turns the light by X.
+// With Z_2 = 2 x/R and Z_3 = 2 y/R, a surface tilt of X/(2f) moves the image by X.
 std::string centring_tilt(const Task& task, const std::array<double, 2>& centroid) {
   const double radius =
       task.mirror.zernike.empty() ? aperture_radius(task.aperture) : task.mirror.zernike_radius;
@@ -67,9 +67,8 @@ std::optional<Warning> image_shift_warning(const Task& task) {
   if (is_parabola(task.mirror) || task.trace.centre == Centre::kCentroid) return std::nullopt;
   const std::array<double, 2> centroid = centroid_of_rays(task);
   const double shift = std::hypot(centroid[0], centroid[1]);
-  // Circles about a point at `shift` from the middle of a round spot are larger by less than
-  // (shift/radius)^2, and no spot is smaller than that of the perfect mirror, 0.5349 lambda f/D of a full
-  // circle.
+  // Radii about a point at `shift` from the centre of a round spot are larger by less than (shift/radius)^2.
+  // The smallest possible ee50 is that of the perfect mirror, 0.5349 lambda f/D for a full circle.
   const double smallest =
       0.5349 * task.wavelength * task.mirror.focal_length / (2 * aperture_radius(task.aperture));
   if (!(std::pow(shift / smallest, 2) > task.equivalence.margin)) return std::nullopt;

@@ -13,7 +13,7 @@
 namespace aberfit {
 namespace {
 
-// Of light: targets and margins from GHS instead of the theory that was fitted to.
+// Targets and margins by GHS, in place of those of the fitted theory.
 std::vector<Target> targets_of_light(const GeneralisedHarveyShack& light, std::vector<Target> targets,
                                      int threads) {
   Eigen::VectorXd slopes;

@@ -11,18 +11,18 @@
 
 namespace aberfit::internal {
 
-/// The light that is judged, each statistic by a disc about the axis whose light moves it to first order.
+/// The judged energies. The energy in a disc about the axis determines each statistic to first order.
 struct JudgedLight {
   struct Member {
     std::string name;
-    double unit;       ///< light in the disc that a relative difference of 1 is worth
-    double margin;     ///< that it is judged by, relative
-    std::size_t disc;  ///< several may share one
+    double unit;       ///< energy in the disc for a relative difference of 1
+    double margin;     ///< of the statistic, relative
+    std::size_t disc;  ///< index; several members may share a disc
   };
   std::vector<FocalDisc> discs;
   std::vector<Member> members;
 
-  /// Light that the closest margin of each disc is worth.
+  /// Energy in each disc that corresponds to its closest margin.
   Eigen::ArrayXd limits() const {
     Eigen::ArrayXd limit = Eigen::ArrayXd::Constant(Eigen::Index(discs.size()), HUGE_VAL);
     for (const Member& one : members)
@@ -31,7 +31,7 @@ struct JudgedLight {
   }
 };
 
-/// The light of all mirrors of a task, and how single ones differ from it.
+/// The mean irradiance of the mirrors of a task, and the spread of single mirrors around it.
 struct LightOfMirrors {
   std::shared_ptr<const GeneralisedHarveyShack> mean;
   JudgedLight judged;
@@ -40,8 +40,7 @@ struct LightOfMirrors {
   MirrorSpread of_whole_band(const Task& task, const TargetSets& targets) const;
 };
 
-/// For a task with roughness and a theory of light; in convention `paper` of half the heights, as its light
-/// is judged.
+/// The task has roughness and a wave theory; convention `paper` uses half the heights.
 LightOfMirrors light_of_mirrors(const Task& task, const Groundwork& ground, const TargetSets& targets,
                                 int threads);
 

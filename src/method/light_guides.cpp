@@ -11,11 +11,11 @@
 namespace aberfit::internal {
 namespace {
 
-// Rings lie half a grain apart, the sampling of a pattern that has no finer frequency than 1 / grain, or as
-// far as the grains on a ring, of which there are 2 pi r / grain, keep the light between two rings to the
-// margin. Planes likewise: half a depth of the grain, or as far as the cone of light widens by steady rings.
-// Both grow as r^(3/2), so that their number is bounded: as margin^(-2/3), some thirty rings a plane at a
-// margin of 1 %.
+// The spacing of rings and planes for one speckle grain. Rings lie half a grain apart, the sampling of a
+// pattern without frequencies above 1/grain, or farther: as far as the 2 pi r/grain grains on a ring keep the
+// energy between two rings within the margin. Planes lie half a depth of the grain apart, or as far as the
+// cone of rays widens by law::kSteadyPlane such ring widths. Both steps grow as r^(3/2), so the number is
+// bounded as margin^(-2/3): some thirty rings per plane at a margin of 1 %.
 struct Grain {
   double across, f_number, margin;
   double steady(double radius) const {
@@ -40,8 +40,7 @@ std::vector<double> planes_between(const Groundwork& ground, const Grain& grain,
   return planes;
 }
 
-// Between the innermost fraction that is fitted and the last but one; outside of it rings hold too many
-// grains to vary.
+// From the innermost fitted fraction to the last but one; farther rings hold too many grains to vary.
 std::vector<Target> guides_in(const MeanSpot& spot, const Grain& grain, double dz) {
   const double last = spot.encircled_energy_radius(*(std::end(law::kFittedShares) - 2));
   std::vector<Target> guides;

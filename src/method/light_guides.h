@@ -6,10 +6,9 @@
 
 namespace aberfit::internal {
 
-/// Shares of light inside rings, between the fitted planes and fractions, that tie the light of a diffracted
-/// spot there. Without them a fit leaves speckle: grains of wavelength f-numbers across and 8 wavelength
-/// f-numbers^2 deep, by whose number the energy between two fitted radii is free to vary (fits of the
-/// README's study were 1-3 % off there). planes: fitted ones, dz [m]. Tolerances are
+/// Energy fractions inside rings, between the fitted planes and fractions, as guides of a fit by waves.
+/// Without them a fit leaves speckle: grains of wavelength times f-number across and 8 wavelength f-number^2
+/// deep, whose number lets the energy between two fitted radii vary. planes: the fitted dz [m]. Tolerance:
 /// law::kGuideShareOfMargin of the margin times max(r dE/dr, kFlattestCurve). The ground has a mean spot.
 std::vector<Target> light_guides(const Task& task, const Groundwork& ground,
                                  const std::vector<double>& planes, int threads);

@@ -41,7 +41,7 @@ MapPanel panel_of(HeightMap map) {
   return panel;
 }
 
-// First cell of an axis, and how many, so that they cover [low, high].
+// First grid cell of an axis and number of cells that cover [low, high].
 std::pair<Eigen::Index, Eigen::Index> covering(double first, double pitch, double low, double high) {
   const auto begin = Eigen::Index(std::floor((low - first) / pitch + 0.5 + 1e-9));
   const auto last = Eigen::Index(std::ceil((high - first) / pitch - 0.5 - 1e-9));
@@ -59,7 +59,6 @@ HeightMap points_over(const HeightMap& map, const Aperture& aperture) {
   return over;
 }
 
-// Where the points of one map lie in another with the same pitch.
 struct MapShift {
   MapShift(const HeightMap& from, const HeightMap& to)
       : row(std::lround((from.y0 - to.y0) / to.pitch_y)),
@@ -71,9 +70,8 @@ bool is_mirror(const HeightMap& map, const Aperture& aperture, Eigen::Index row,
   return aperture_holds(aperture, map.x(column), map.y(row));
 }
 
-/// The mean scatter of a PSD that no height stands for, by paraxial generalised Harvey-Shack. It knows no
-/// mean spot: encircled energies are then the plain sum over the lags of the pupil's cells, as those of the
-/// map itself, and end where these do, with the field of view.
+/// The mean scatter of a PSD without heights, by paraxial generalised Harvey-Shack. Without a mean spot,
+/// encircled energies are plain sums over the lags of the pupil's cells, in the field of view of the map.
 class ResidualScatter : public MeanScatter {
  public:
   ResidualScatter(const RadialPsd& psd, double wavelength)
@@ -101,7 +99,7 @@ class ResidualScatter : public MeanScatter {
 };
 
 int highest_degree(const TermSet& terms) {
-  int degree = 1;  // piston and tilt are fitted along
+  int degree = 1;  // piston and tilt are always fitted
   for (const ZernikeMode& mode : terms.zernike) degree = std::max(degree, mode.n);
   for (const int power : terms.spherical) degree = std::max(degree, power);
   return degree;
@@ -110,11 +108,11 @@ int highest_degree(const TermSet& terms) {
 // The residual's PSD as a table. Throws std::invalid_argument where no PSD can be estimated.
 TablePsd residual_table(const HeightMap& residual, const TermSet& terms, int threads) {
   PsdEstimatorOptions options;
-  options.detrend.degree = 0;  // the shape is off already
-  options.find_lines = false;  // they scatter, too
+  options.detrend.degree = 0;  // the shape is already removed
+  options.find_lines = false;  // lines scatter, too
   const PsdEstimate estimate = estimate_psd(residual, options, threads);
   PsdFitOptions whole;
-  whole.f_max = estimate.nyquist;  // also what the instrument hardly sees: this map's light has no more
+  whole.f_max = estimate.nyquist;  // includes what the instrument damps; the map has nothing beyond
   const SurfacePsd surface = surface_psd(estimate, fit_psd_model(estimate, whole));
   if (surface.psd.size() == 0)
     throw std::invalid_argument("no bin of its PSD shows the surface rather than the estimator");
@@ -124,7 +122,7 @@ TablePsd residual_table(const HeightMap& residual, const TermSet& terms, int thr
     table.frequency.push_back(f);
     table.psd.push_back(s);
   };
-  // Level within a bin: its variance is then that of the bin.
+  // The PSD is constant within a bin, so that its variance equals that of the bin.
   const Eigen::Index bins = surface.psd.size();
   add(std::min(surface.low[0], zernike_cutoff(highest_degree(terms), terms.radius)), surface.psd[0]);
   for (Eigen::Index b = 0; b < bins; ++b) {
@@ -135,7 +133,7 @@ TablePsd residual_table(const HeightMap& residual, const TermSet& terms, int thr
   return table;
 }
 
-// Null, with a word why, where there is no PSD or it scatters nothing.
+// Null, with a reason, where there is no PSD or it scatters nothing.
 std::shared_ptr<const ResidualScatter> scatter_of(const Task& task, const MapPanel& residual,
                                                   const TermSet& terms, int threads, ResidualPsd* rest) {
   if (4 * kPi * residual.rms / task.wavelength < law::kSmoothG) return nullptr;
@@ -152,7 +150,6 @@ std::shared_ptr<const ResidualScatter> scatter_of(const Task& task, const MapPan
   return nullptr;
 }
 
-/// The pupil of a map and the heights of its columns at the cells [m].
 struct MapPupil {
   DiffractionPupil pupil;
   Eigen::ArrayXd measured, terms, departure;  // departure: of the nominal mirror from a parabola
@@ -176,7 +173,7 @@ MapPupil map_pupil(const Task& task, const MapPanel& measured, const TermSet& te
     const Eigen::Index row = grid.row[std::size_t(k)], column = grid.column[std::size_t(k)];
     const double height = measured.map.height(row, column);
     if (std::isfinite(height)) all.measured[k] = height;
-    if (!is_mirror(flat, task.aperture, row, column)) continue;  // an edge cell with its centre outside
+    if (!is_mirror(flat, task.aperture, row, column)) continue;  // an edge cell whose centre is outside
     inside += all.pupil.cover[k];
     if (!std::isfinite(height)) filled += all.pupil.cover[k];
   }
@@ -186,7 +183,6 @@ MapPupil map_pupil(const Task& task, const MapPanel& measured, const TermSet& te
   return all;
 }
 
-// Sends surfaces through one pupil.
 class MapLamp {
  public:
   MapLamp(const Task& task, const MapPupil& of, int threads)
@@ -239,11 +235,10 @@ class MapLamp {
   double airy_ = 0;  // wavelength f/D [m]
   bool square_ = true;
   int threads_ = 1;
-  double brightest_ = 0;  // of the pupil without heights [1/m^2]
+  double brightest_ = 0;  // peak of the pupil with zero height [1/m^2]
   DiffractionWorkspace workspace_;
 };
 
-// Radius that all columns reach [m].
 double largest_ee90(const MapLight& light, double otherwise) {
   double largest = 0;
   for (const LitSurface* lit : light.columns())
@@ -323,8 +318,8 @@ MapLight map_light(const Task& task, const MapPanels& panels, const TermSet& ter
     light.terms_and_rest = scatter ? rough.numbers(of.terms) : light.terms;
 
   const double field = lamp.field_radius(), ee90 = largest_ee90(light, field);
-  // A picture shows a fifth more than the light of every column, from 6 to 40 wavelength f/D to either side:
-  // in 321 samples, which are a quarter of a grain apart there.
+  // A picture shows a fifth more than the largest ee90, between 6 and 40 lambda f/D to either side. It has
+  // 321 samples, at most a quarter of a grain apart.
   light.radius = Eigen::ArrayXd::LinSpaced(301, 0.0, std::min(1.2 * ee90, field));
   const double half = std::min(std::clamp(1.2 * ee90, 6 * lamp.airy(), 40 * lamp.airy()), 0.9 * field);
   lamp.draw(of.measured, light.radius, half, &light.measured);

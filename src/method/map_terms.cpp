@@ -18,7 +18,7 @@
 namespace aberfit {
 namespace {
 
-// Terms of a disc cannot be told apart on a small part of it: rho^20 at half the radius is 1e-6.
+// Terms of a disc cannot be separated on a small part of it: rho^20 at half the radius is 1e-6.
 void check_reach(const Task& task, const HeightMap& map) {
   const double across = 2 * aperture_radius(task.aperture),
                cells = (across / map.pitch_x) * (across / map.pitch_y);
@@ -45,7 +45,7 @@ Warnings coverage_warnings(const HeightMap& map, double radius) {
                format_quantity(reach, Dimension::kLength), format_quantity(radius, Dimension::kLength))}};
 }
 
-// Nothing to compare with: the statistics of the fitted terms are reported, their targets do not exist.
+// Statistics of the fitted terms that are reported without a target.
 std::vector<Target> untargeted() {
   std::vector<Target> targets;
   for (const Statistic& statistic :
@@ -60,7 +60,7 @@ std::vector<Target> untargeted() {
   return targets;
 }
 
-// Without a named order the terms of a part end where its scatter begins.
+// Order of the Zernikes where none is named; for a part with a named cut the terms end at the cut.
 int default_order(const Task& task, double radius) {
   if (!task.psd || task.terms.band.rule != BandRule::kCut) return law::kMapOrder;
   const RadialPsd psd(*task.psd);
@@ -73,7 +73,6 @@ int default_order(const Task& task, double radius) {
                   law::kLargestOrder));
 }
 
-// The focal statistics of the fitted terms by rays.
 void trace_map(const Task& task, const PupilSample& pupil, const SurfaceField& field, int threads,
                FitOutcome* result) {
   result->rays = pupil.size();
@@ -84,12 +83,12 @@ void trace_map(const Task& task, const PupilSample& pupil, const SurfaceField& f
                                   &result->warnings);
 }
 
-// A spot by rays that is not several times the diffraction pattern is no picture of the light.
+// Rays describe the spot only if it is several times larger than the diffraction pattern.
 bool diffraction_decides(const Task& task, const FitOutcome& result) {
   return result.fitted[2] < kAiryRadiiForRays * airy_ee90(task.mirror, task.aperture, task.wavelength);
 }
 
-// The same statistics in light, where the pupil of the map holds the terms.
+// Replaces the statistics by those of wave optics, where the pupil of the map resolves the terms.
 void take_waves(FitOutcome* result) {
   const MapLight& light = *result->map_light;
   result->model = "waves";

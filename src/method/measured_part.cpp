@@ -50,7 +50,7 @@ int degree_of(const TermSet& terms) {
   return degree;
 }
 
-// carried: share of the height variance by all Zernikes up to the degree.
+// carried: fraction of the height variance in all Zernikes up to the degree.
 double end_of(const RadialPsd& psd, int degree, double radius, double carried) {
   const double first = zernike_cutoff(degree, radius);
   if (!(first < psd.f_max())) return first;
@@ -63,12 +63,12 @@ double end_of(const RadialPsd& psd, int degree, double radius, double carried) {
   return std::sqrt(low * high);
 }
 
-// RMS height that least squares by these terms leave of the specification on a disc with the map's points.
+// Residual RMS height of the specification after least squares by these terms on the map's points.
 double specified_residual(const RadialPsd& psd, const TermSet& terms, double nyquist) {
   if (terms.zernike.empty() || !(psd.f_min() < nyquist)) return std::nan("");
   const RadialPsd seen = psd.band(0, nyquist);
   const int first = terms.zernike.front().n, last = terms.zernike.back().n;
-  double carried = captured_fraction(seen, terms.radius, 0, std::min(last, 1));  // piston and tilt fit along
+  double carried = captured_fraction(seen, terms.radius, 0, std::min(last, 1));  // piston, tilt: fitted
   if (last >= 2) carried += captured_fraction(seen, terms.radius, std::max(first, 2), last);
   return psd_moments(seen).rms_height() * std::sqrt(std::max(0.0, 1 - carried));
 }
@@ -115,7 +115,7 @@ void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warn
              ratio > 1 ? "rougher" : "smoother, or the map does not resolve it")});
 }
 
-// Radius [m] that holds all but law::kUnseenLight of the light of the terms, by rays.
+// Radius [m] that holds all but law::kUnseenLight of the energy of the terms, by rays.
 double reach_of(const FitCase& of, const FitOutcome& result) {
   const std::optional<PupilSample> pupil = moment_pupil(of.task.aperture, result.terms);
   if (!pupil) return 0;
@@ -191,7 +191,7 @@ double part_pitch(const FitCase& of, const FitOutcome& result) {
   try {
     return std::max(finest, wave_pitch(of.task, result.terms, judged.targets(), of.ground.split.get(), 1,
                                        reach_of(of, result)));
-  } catch (const ComputationError&) {  // no grid is fine enough, which the judgement says
+  } catch (const ComputationError&) {  // no grid is fine enough; the judgement reports it
     return finest;
   }
 }
@@ -214,7 +214,7 @@ void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result) {
   result->metrics = light.metrics;
   result->spread.tell(&result->metrics);
   if (light.metrics.empty()) {
-    result->light = light;  // and why there is no answer
+    result->light = light;  // with the reason for the missing result
     return;
   }
   result->fitted.resize(Eigen::Index(result->targets.size()));

@@ -14,12 +14,11 @@ namespace aberfit {
 namespace internal {
 namespace {
 
-// Adds one statistic after the other.
 class Judging {
  public:
   Judging(const Task& task, const GeneralisedHarveyShack& mean) : task_(task), mean_(mean) {}
 
-  // A mirror's own RMS height and slope are not its focus and have no disc.
+  // RMS height and slope of a mirror are no focal statistics and have no disc.
   void add(const Target& target) {
     const Target aim = aim_of(target);
     const double relative_to = aim.relative_to();
@@ -48,8 +47,8 @@ class Judging {
         {statistic_name(target.statistic), unit, margin_of(target, task_.equivalence), place_of(disc)});
   }
 
-  // Without aberrations one side of the focus is as the other, but for its size: a disc there stands for this
-  // one where they differ by less than is worth a word: spreads are known to a factor of 1.5.
+  // Without aberrations the two sides of the focus are alike but for their scale. A disc on the other side
+  // serves for this one within law::kNoteworthy, because spreads are known only to a factor of 1.5.
   std::size_t place_of(const FocalDisc& disc) {
     const double f = task_.mirror.focal_length, dz = -disc.dz / (1 + 2 * disc.dz / f),
                  radius = disc.radius * (f + dz) / (f + disc.dz);
@@ -66,17 +65,17 @@ class Judging {
     return place;
   }
 
-  // Of a theory of rays, whose curve of light is not known: where light is taken to be as steep as that of
-  // the mean, a radius differs by the light in it over the slope.
+  // A ray theory has no curve E(r). With the slope of the mean irradiance instead, the radius changes by the
+  // energy in it over that slope.
   void add_radius(const Target& target, const EncircledEnergyRadius& energy, double relative_to) {
     if (!(target.value > 0)) return;
     const double slope = mean_.at_plane(energy.dz).encircled_energy_slope(target.value);
     add(target, target.value, energy.dz, relative_to * slope);
   }
 
-  // The ring holds N(z); its width ends where N is half of its peak. To first order a change of N there moves
-  // the end by as much over the slope. Of a mirror that departs from its parabola the flatter end counts, and
-  // both ends are taken as independent.
+  // The ring has the energy N(z); its width ends where N is half of its peak. To first order, a change of N
+  // there moves the end by that change over the slope. For a mirror that departs from its parabola the
+  // flatter end counts, and both ends are taken as independent.
   void add_ring(const Target& target, const RingFwhm& ring) {
     const double radius =
         ring.ring_radius ? *ring.ring_radius : mean_.encircled_energy_radius(ring.ring_fraction, 0);
@@ -89,27 +88,26 @@ class Judging {
                                    mean_.encircled_energy(radius, plane - step)) /
                           (2 * step);
       if (here < slope) slope = here, end = plane;
-      if (!mean_.departs()) break;  // one end is as the other
+      if (!mean_.departs()) break;  // both ends are alike
     }
     if (!std::isfinite(slope)) return;
     const bool alike = !mean_.departs();
     add(target, FocalDisc{radius, end, alike}, target.value * slope / (alike ? 2.0 : std::sqrt(2.0)));
   }
 
-  // A Strehl ratio is the light in a disc so small, 0.2 lambda f/D, that its edge lies within the core's top.
-  // Where aberrations put the highest irradiance off the axis, it is taken to differ from mirror to mirror by
-  // the same part of itself as the light on the axis, which is the safe side: less light differs by more of
-  // itself.
+  // A Strehl ratio is the energy in a small disc, 0.2 lambda f/D, inside the top of the core. Where
+  // aberrations move the peak off the axis, its relative spread is taken from the axis. This is the safe
+  // side, because a lower irradiance has a larger relative spread.
   void add_strehl(const Target& target, double relative_to) {
     const double radius =
         0.2 * task_.wavelength * task_.mirror.focal_length / (2 * aperture_radius(task_.aperture));
     add(target, radius, 0, relative_to * mean_.encircled_energy(radius, 0) / target.value);
   }
 
-  // By parts, MTF(nu) = int E(r) 2 pi nu J1(2 pi nu r) dr. What moves light moves E over radii about as one:
-  // the first lobe of J1, whose top lies at 1.84, counts, 1 - J0(3.83) = 1.40.
-  // Against 60 draws of four PSDs 1.05 to 1.99 times what is measured at 0.08 to 0.5 of the cutoff (Strehl
-  // ratios 0.85 to 1.04), tests/method/light_statistics_test.cpp.
+  // By parts, MTF(nu) = int E(r) 2 pi nu J1(2 pi nu r) dr. A realisation changes E at all radii nearly
+  // together, so only the first lobe of J1 counts: its top at 1.84, its integral 1 - J0(3.83) = 1.40. Error:
+  // 1.05 to 1.99 times the spread of 60 realisations of four PSDs, at 0.08 to 0.5 of the cutoff and Strehl
+  // ratios 0.85 to 1.04 (tests/method/light_statistics_test.cpp).
   void add_transfer(const Target& target, double frequency, double relative_to) {
     add(target, 1.8412 / (kTwoPi * frequency), 0, relative_to / 1.4028);
   }
@@ -185,7 +183,7 @@ MirrorSpread mirror_spread(const Task& task, const Groundwork& ground, const Tar
   if (!ground.psd || !ground.use.obstacle.empty()) return {};
   try {
     return internal::light_of_mirrors(task, ground, targets, threads).of_whole_band(task, targets);
-  } catch (const ComputationError&) {  // a plane of rays that light cannot follow to
+  } catch (const ComputationError&) {  // a plane of rays that wave optics cannot reach
     return {};
   }
 }

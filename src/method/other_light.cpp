@@ -24,7 +24,7 @@ struct LightWanted {
   double wavelength_ratio, stop;
 };
 
-// The same behind a concentric stop; the hole of an annulus stays.
+// The same aperture behind a concentric stop; the hole of an annulus stays.
 Aperture stopped(const Aperture& aperture, double stop) {
   return std::visit(
       Overloaded{[&](CircleAperture a) -> Aperture { return a.diameter *= stop, a; },
@@ -42,10 +42,10 @@ Aperture stopped(const Aperture& aperture, double stop) {
       aperture);
 }
 
-// One light: what it should be, and the grid that shows it.
+// One wavelength and stop: the targets, and a grid fine enough for them.
 struct Scene {
   Task task;
-  std::shared_ptr<const BandSplit> split;  // null: the terms stand for all of the roughness
+  std::shared_ptr<const BandSplit> split;  // null: the terms represent all of the roughness
   std::vector<Target> targets;
   double pitch = 0;
 };
@@ -82,8 +82,7 @@ Scene scene_of(const Task& task, const Groundwork& ground, const TermSet& terms,
   return scene;
 }
 
-// Weights of six equidistant values about a place between the third and the fourth: Lagrange's, with an error
-// of 0.3 % of a wave of six points.
+// Lagrange weights of six equidistant values between the third and fourth; error 0.3 % at six per wave.
 std::array<double, 6> lagrange(double t) {
   std::array<double, 6> weight{};
   for (int i = 0; i < 6; ++i) {
@@ -114,7 +113,7 @@ struct Worst {
   double tolerances = 0, fraction = 0;
 };
 
-// Differences of the light inside the mean's radii, in tolerances of the verdict.
+// Differences of the energy inside the mean's radii, in tolerances of the verdict.
 Worst worst_in(const Scene& scene, const DiffractionProblem& problem, const Eigen::ArrayXd& height) {
   const std::vector<Target> aims = aims_of(scene.targets);
   Eigen::VectorXd values;
@@ -129,7 +128,6 @@ Worst worst_in(const Scene& scene, const DiffractionProblem& problem, const Eige
   return worst;
 }
 
-// Heights of one draw of the errors of segments.
 Eigen::ArrayXd drawn_segments(const TermSet& all, const PupilSample& at, std::uint64_t seed) {
   TermSet terms;
   terms.segments = all.segments;
@@ -139,7 +137,7 @@ Eigen::ArrayXd drawn_segments(const TermSet& all, const PupilSample& at, std::ui
   return field.height;
 }
 
-// The lights of one aperture share its grid: cells and heights do not depend on the wavelength.
+// All wavelengths at one aperture share its grid, because cells and heights do not depend on the wavelength.
 void look_behind(const std::vector<Scene>& scenes, const TermSet& terms, const Eigen::VectorXd& coefficients,
                  const std::vector<HeightMap>& draws, int threads, const std::vector<OtherLight*>& found) {
   double pitch = HUGE_VAL;
@@ -164,7 +162,7 @@ void look_behind(const std::vector<Scene>& scenes, const TermSet& terms, const E
     for (const Scene& scene : scenes) {
       DiffractionProblem problem{pupil, scene.task.mirror.focal_length, scene.task.wavelength};
       problem.scatter = scene.split;
-      problem.aliased_limit = kMostAliasedBeforeAFiner;  // the light just fits into the field of view
+      problem.aliased_limit = kMostAliasedBeforeAFiner;  // the image just fits into the field of view
       problem.nominal = &departure;
       worst[k].push_back(worst_in(scene, problem, height));
     }

@@ -10,7 +10,7 @@
 namespace aberfit {
 namespace {
 
-// What wave optics leaves out of this roughness: an obstacle where it is too much, else a word.
+// The error of wave optics for this roughness: an obstacle where it is large, else a warning.
 void mind_theory(const Task& task, const RadialPsd& psd, PhysicsChoice* use) {
   try {
     use->theory_error = theory_error(psd, task.mirror, task.aperture, task.wavelength);
@@ -29,7 +29,7 @@ bool is_of_light_alone(const StatisticRequest& request) {
   return request.name != "ring_profile" && !kind_of_key(request.name).in_rays;
 }
 
-// A statistic of light alone among those that are asked for.
+// The first requested statistic that only wave optics has; null: none.
 const StatisticRequest* of_light_alone(const Task& task) {
   const auto& asked = task.target.statistics;
   const auto found = std::find_if(asked.begin(), asked.end(), is_of_light_alone);
@@ -53,7 +53,7 @@ void refuse_without_waves(const Task& task, const PhysicsRequest& asked, const s
                      "ee radii");
 }
 
-// What a study names must be computable; what is left to the program may fall back.
+// A theory or model named by the study must be computable; an automatic one may fall back.
 void check_named(const Task& task, const PhysicsRequest& asked, const std::string& obstacle) {
   const bool ghs = asked.theory == Theory::kGhs, waves = asked.model == FocusModel::kWaves;
   const bool paper = task.target.convention == Convention::kPaper;
@@ -85,7 +85,7 @@ void check_named(const Task& task, const PhysicsRequest& asked, const std::strin
   refuse_without_waves(task, asked, obstacle);
 }
 
-// Whether wave optics can be computed, before anything is chosen.
+// Fills `obstacle` where wave optics cannot be computed, before theory and model are chosen.
 PhysicsChoice wave_optics_of(const Task& task, const PhysicsRequest& asked, const RadialPsd* psd) {
   PhysicsChoice use;
   if (task.trace.centre == Centre::kCentroid)
@@ -95,7 +95,7 @@ PhysicsChoice wave_optics_of(const Task& task, const PhysicsRequest& asked, cons
   return use;
 }
 
-// The closed form exists for mirrors of revolution only; drawn deflections are the same theory.
+// The closed form exists for rotationally symmetric mirrors only; random deflections follow the same theory.
 Theory geometric_theory(const Task& task) {
   return is_rotationally_symmetric(task.mirror) ? Theory::kGeometric : Theory::kRays;
 }

@@ -15,7 +15,7 @@
 namespace aberfit {
 namespace {
 
-// Share of the height variance over the aperture that terms from n_min on can carry; piston moves no light.
+// Fraction of the height variance over the aperture that terms from n_min on can carry. Piston has no effect.
 double movable_share(const Groundwork& ground, int n_min) {
   return 1.0 - captured_fraction(*ground.term_psd, ground.radius, 0, n_min >= 2 ? 1 : 0);
 }
@@ -36,7 +36,6 @@ CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, con
     rough.segments.reset();
     if (rough.size() > 0) blocks = make_prior(rough, *ground.prior_psd, covariance).blocks();
   } else if (!terms.zernike.empty()) {
-    // No PSD: every Zernike gets the stated RMS.
     CoefficientPrior::Block block;
     for (Eigen::Index j = 0; j < Eigen::Index(terms.zernike.size()); ++j) block.index.push_back(j);
     block.factor =
@@ -72,7 +71,7 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
   *captured = 0;
   terms.segments = erring_segments(task.aperture);
   if (ground.split && !ground.split->has_low()) return terms;
-  double covered_to = 0;  // frequency up to which the Zernikes stand for the PSD
+  double covered_to = 0;  // frequency up to which the Zernikes represent the PSD
   if (const std::optional<ZernikeSpec> zernikes = asked.zernikes()) {
     const ZernikeSpec& spec = *zernikes;
     int n_max = 0;

@@ -21,7 +21,7 @@ double plane_reach(const Target& target) {
 
 namespace {
 
-// Planes on both sides of the focus that a grid has to show [m].
+// Planes on both sides of the focus that a grid must represent [m].
 struct PlanesSeen {
   double nearest = 0, farthest = 0;
 
@@ -34,20 +34,20 @@ struct PlanesSeen {
   double reach() const { return std::max(-nearest, farthest); }
 };
 
-// For light at `radius` [m] in focus. The field of view grows with the distance from the mirror, as the light
-// of the focus does in other planes.
+// Pitch for energy at `radius` [m] in the focus. The field of view grows with the distance from the mirror,
+// as the image does in other planes.
 double pitch_for_light(const Task& task, double radius, const PlanesSeen& planes) {
   const double f = task.mirror.focal_length;
   double pitch = HUGE_VAL;
   for (const double dz : {planes.nearest, planes.farthest})
-    if (f + dz > 0)  // a ring is not looked for behind the mirror
+    if (f + dz > 0)  // no ring lies behind the mirror
       pitch = std::min(pitch, diffraction_sampling(task.aperture, f, task.wavelength.shortest(),
                                                    radius * (f + dz) / f, dz, law::kLeastCells)
                                   .pitch);
   return pitch;
 }
 
-// The subject and verb of a sentence. radius: 0 where all of the light is scatter, which needs no room.
+// The subject and verb of a sentence. radius: 0 where all energy is scattered and needs no field of view.
 std::string what_asks_for(double radius, const PlanesSeen& planes) {
   const std::string out =
       fmt::format("planes up to {} out of focus", format_quantity(planes.reach(), Dimension::kLength));
@@ -70,7 +70,7 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
     } else if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic)) {
       radius = std::max(radius, law::kReach * square->side / std::numbers::sqrt2);
     } else if (split && !kind_of(target.statistic).in_rays) {
-      radius = std::max(radius, law::kReach * split->low_reach());  // of all the light that terms move
+      radius = std::max(radius, law::kReach * split->low_reach());  // of all energy that terms move
     }
     planes.add(target);
   }
@@ -83,7 +83,7 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
     highest = std::max(highest, zernike_cutoff(terms.zernike.back().n, terms.radius));
   for (const KnownZernike& term : task.mirror.zernike)
     highest = std::max(highest, zernike_cutoff(term.mode.n, task.mirror.zernike_radius));
-  // At the rim a cell of the wave pupil is longer on the mirror than its pitch: by dr/dP, at most.
+  // At the rim a cell of the wave pupil is longer on the mirror than its pitch, by dr/dP at most.
   const double t = aperture_radius(task.aperture) / (2 * task.mirror.focal_length);
   const double longer = (1 + t * t) * (1 + t * t) / (1 - t * t);
   const double for_terms = highest > 0 ? 1 / (law::kCellsPerCycle * highest * longer) : HUGE_VAL;
@@ -102,7 +102,7 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
 namespace {
 
 bool rounding_is_small(const TargetSets& targets) {
-  // Single precision rounds by 1e-7 of the light; a thousand such steps are below any tolerance.
+  // Single precision rounds to 1e-7 of the energy; every tolerance is at least a thousand times that.
   constexpr double closest = 1e3 * 1e-7;
   return std::all_of(targets.fitted.begin(), targets.fitted.end(), [](const Target& target) {
     return target.tolerance >= closest * std::abs(target.value);

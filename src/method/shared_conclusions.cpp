@@ -48,8 +48,7 @@ void tell_scatter_of_rest(const FitCase& of, FitOutcome* result) {
   if (!common.found) return;
   scatter.abg.push_back(common);
   if (!common.at_least_b || common.largest_error < law::kNoteworthy) return;
-  // B that OpticStudio takes is too large for the knee of a mirror metres across: here as good as none bounds
-  // it.
+  // OpticStudio's least B is too large for the knee of a mirror metres across; this fit has almost no limit.
   AbgOptions free;
   free.least_b = 1e-30;
   scatter.abg.push_back(fit_abg(function, free));

@@ -3,21 +3,20 @@
 
 #include "aberfit/method/attempt.h"
 
-// What is said of every surface that light has judged, whether a fit made it or it was measured.
+// Conclusions for every surface judged by wave optics, fitted or measured.
 namespace aberfit::internal {
 
-/// How far the perfect mirror would be from the targets, and the warning `margin-sees-nothing` where the
-/// margin would let it pass.
+/// Mismatch of the perfect mirror, and the warning `margin-sees-nothing` where it is within the margin.
 void ask_perfect_mirror(const FitCase& of, FitOutcome* result);
 
-/// How far mirrors of the specification differ, in the result and beside each of its metrics.
+/// Spread of single mirrors of the specification, in the result and in each of its metrics.
 void tell_spread(const FitCase& of, FitOutcome* result);
 
-/// The warning `realisation-spread`, where they differ by more than a tolerance. holds_for: what the verdict
-/// is about, a clause.
+/// The warning `realisation-spread`, where single mirrors differ by more than a tolerance. holds_for: the
+/// subject of the verdict, a clause.
 void warn_of_spread(const std::string& holds_for, FitOutcome* result);
 
-/// The rest of a split roughness, where there is any, as other programs take it: table, ABg fits, PSD.
+/// The rest of a split roughness in the formats of other programs: table, ABg fits, PSD.
 void tell_scatter_of_rest(const FitCase& of, FitOutcome* result);
 
 }  // namespace aberfit::internal

@@ -7,7 +7,7 @@
 namespace aberfit {
 namespace {
 
-// By a function of the share that gives a radius.
+// radius: a function of the energy fraction.
 template <class Radius>
 void add_diameters(const Radius& radius, SpecifiedLight* light) {
   for (const double share : {0.5, 0.8, 0.9})
@@ -15,7 +15,7 @@ void add_diameters(const Radius& radius, SpecifiedLight* light) {
   light->values.push_back({"hew", light->values.front().value, true});
 }
 
-// Strehl ratio and PSSN are relative to the parabola; where a band is brightest is not known of uneven light.
+// Strehl ratio and PSSN refer to the parabola. The peak of a band with uneven irradiance is not known.
 bool parabola_is_cheap(const GhsPupil& pupil) {
   if (pupil.light().is_band() && pupil.has_uneven_light()) return false;
   return is_parabola(pupil.mirror()) || std::holds_alternative<CircleAperture>(pupil.aperture()) ||

@@ -13,7 +13,6 @@
 namespace aberfit {
 namespace {
 
-// Some bins of another spectrum.
 class SelectedBins : public SurfaceSpectrum {
  public:
   SelectedBins(std::unique_ptr<SurfaceSpectrum> all, std::vector<Eigen::Index> selected)
@@ -31,7 +30,7 @@ class SelectedBins : public SurfaceSpectrum {
   std::vector<Eigen::Index> selected_;
 };
 
-// E of a quadratic form over c = F xi with white xi: its sum over the columns of F.
+// Expectation of a quadratic form over c = F xi with white xi: its sum over the columns of F.
 Eigen::VectorXd expectation(const SurfaceSpectrum& spectrum, const CoefficientPrior& prior, int threads) {
   Eigen::MatrixXd each(spectrum.bins(), prior.size());
   parallel_for(std::size_t(prior.size()), threads, [&](std::size_t j) {
@@ -42,8 +41,7 @@ Eigen::VectorXd expectation(const SurfaceSpectrum& spectrum, const CoefficientPr
   return each.rowwise().sum();
 }
 
-// What the terms can carry of the band: from one wave over the diameter to the highest order's frequency at
-// the rim.
+// The band that the terms can carry: from one wave over the diameter to their highest frequency at the rim.
 std::pair<double, double> default_band(const Groundwork& ground, const TermSet& terms) {
   int n_max = 0;
   for (const ZernikeMode& mode : terms.zernike) n_max = std::max(n_max, mode.n);

@@ -23,8 +23,8 @@ Eigen::Index transform_size(const DiffractionPupil& pupil) {
   return Eigen::Index(smooth_from(2 * std::max(cells.x.size(), cells.y.size())));
 }
 
-// It is zero at the rim, and at the rim of a hole, with a finite slope there: side lobes fall as f^-5, faster
-// than the PSD of a roughness.
+// The window is zero at the rim and at the rim of a hole, with a finite slope. Its side lobes fall as f^-5,
+// faster than the PSD of a roughness.
 Eigen::ArrayXd window_on(const PupilSample& sample, const Aperture& aperture) {
   const double radius = aperture_radius(aperture);
   const auto* annulus = std::get_if<AnnulusAperture>(&aperture);
@@ -33,7 +33,7 @@ Eigen::ArrayXd window_on(const PupilSample& sample, const Aperture& aperture) {
   return (1 - squared / (radius * radius)).max(0) * (1 - hole * hole / squared).max(0);
 }
 
-// The share of `light` in the brightest hundredth of its pixels, a part of a pixel by its part.
+// The fraction of the energy in the brightest hundredth of the pixels; the last pixel counts in part.
 double share_of_brightest(std::vector<double>* light) {
   const double wanted = 0.01 * double(light->size());
   const auto whole = std::size_t(wanted);
@@ -135,7 +135,7 @@ LookedAt SurfaceLook::operator()(Eigen::ArrayXd height) const {
   return looked;
 }
 
-// Takes piston and tilt off, by least squares over the cells.
+// Removes piston and tilt by least squares over the grid cells.
 void SurfaceLook::level(Eigen::ArrayXd* height) const {
   const PupilSample& sample = pupil_.sample;
   Eigen::MatrixXd shapes(sample.size(), 3);
@@ -184,7 +184,7 @@ void SurfaceLook::look_at_psd(const Eigen::ArrayXd& height, LookedAt* looked) co
   looked->psd *= pitch_ * pitch_ / window_.square().sum() / count;
 }
 
-// Pixels of half a lambda f/D about the axis: an irradiance has nothing finer.
+// Pixels are half of lambda f/D about the axis, because an irradiance has no finer detail.
 void SurfaceLook::look_at_image(const Eigen::ArrayXd& height, LookedAt* looked) const {
   std::vector<std::complex<double>> field(std::size_t(size_ * size_));
   for (Eigen::Index k = 0; k < height.size(); ++k)

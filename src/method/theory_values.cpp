@@ -14,7 +14,7 @@ using namespace internal;
 
 namespace {
 
-// Of theories with a closed form, the one that a task's targets come from.
+// The theory with a closed form that gives a task's targets.
 struct ClosedForm {
   std::optional<GeneralisedHarveyShack> light;
   std::optional<GeometricHarveyShack> rays;
@@ -28,7 +28,7 @@ struct ClosedForm {
     for (std::size_t k = 0; k < statistics.size(); ++k) values[Eigen::Index(k)] = (*rays)(statistics[k]);
     return values;
   }
-  // Scale of the spot as lay_groundwork has it [m].
+  // Scale of the spot as in lay_groundwork [m].
   double sigma() const {
     if (!light) return rays->focal_sigma();
     const double ee90 = radius(0.9);
@@ -52,7 +52,7 @@ std::vector<Wanted> wanted_of(const Task& task, const ClosedForm& theory) {
   return wanted;
 }
 
-// What has no closed form is computed as a fit's targets are.
+// Values without a closed form, computed as the targets of a fit.
 void predict_as_targets(const Task& task, TheoryValues* values) {
   const Groundwork ground = lay_groundwork(task);
   const TargetSets targets = make_targets(task, ground, 1);
@@ -80,7 +80,7 @@ TheoryValues theory_values(const Task& task, const std::function<GhsPupil(const 
     return values;
   }
   ClosedForm closed;
-  const bool in_light = theory == Theory::kGhs;  // then heights are the light's, too
+  const bool in_light = theory == Theory::kGhs;  // then wave optics gives the heights, too
   closed.rays.emplace(task.mirror, task.aperture, values.numbers.rms_slope_per_axis, task.target.convention,
                       in_light ? kNaN : rms_height_on(task.aperture, psd));
   if (in_light) {

@@ -9,7 +9,7 @@
 namespace aberfit {
 
 std::string to_string(Verdict verdict) {
-  constexpr const char* kWords[] = {"equivalent", "different", "undecided"};  // as the enum has them
+  constexpr const char* kWords[] = {"equivalent", "different", "undecided"};  // in the order of the enum
   return kWords[int(verdict)];
 }
 
@@ -27,16 +27,14 @@ double student_quantile(double confidence, double degrees_of_freedom) {
 
 namespace {
 
-// Of a metric whose interval is known.
 Verdict verdict_of(const EquivalenceMetric& metric) {
   const double low = metric.interval[0], high = metric.interval[1], margin = metric.margin;
   if (!std::isfinite(metric.difference)) return Verdict::kDifferent;
   if (low >= -margin && high <= margin) return Verdict::kEquivalent;
   if (low > margin || high < -margin) return Verdict::kDifferent;
-  return Verdict::kUndecided;  // also where a standard error is not a number: it can prove nothing
+  return Verdict::kUndecided;  // also for a NaN standard error, which proves nothing
 }
 
-// Interval and verdict of a metric whose difference and standard error are known.
 void decide(double confidence, EquivalenceMetric* metric) {
   assert(confidence > 0.5 && confidence < 1.0);
   const double half = student_quantile(confidence, metric->degrees_of_freedom) * metric->standard_error;
@@ -45,8 +43,7 @@ void decide(double confidence, EquivalenceMetric* metric) {
   metric->verdict = verdict_of(*metric);
 }
 
-// (model - target) / target keeps digits that model/target - 1 would lose; equal values are no difference
-// even at zero.
+// This form keeps digits that model/target - 1 would lose; equal values are no difference even at zero.
 double relative(double model, double target) { return model == target ? 0.0 : (model - target) / target; }
 
 }  // namespace
@@ -91,7 +88,7 @@ EquivalenceMetric judge_target(const Target& target, bool held_out, double shown
   metric.relative_difference = relative(shown, target.value);
   metric.share_difference = judged - aim.value;
   metric.tolerance_share = margin * aim.scale;
-  // Too much light inside a radius: the spot is small.
+  // Too much energy inside a radius means that the spot is small.
   metric.difference = (of_share ? 1 : -1) * metric.share_difference / aim.scale;
   metric.standard_error = std::hypot(judged_error, aim.standard_error) / aim.scale;
   metric.degrees_of_freedom = effective_degrees_of_freedom(aim.standard_error, aim.degrees_of_freedom,
@@ -111,7 +108,7 @@ EquivalenceMetric with_model_error(EquivalenceMetric metric, double model_error)
 bool more_samples_could_decide(const EquivalenceMetric& metric) {
   if (metric.verdict != Verdict::kUndecided) return false;
   const double sampling = 0.5 * (metric.interval[1] - metric.interval[0]) - metric.model_error;
-  // As far from the edge as the difference can be, inside the margin or outside.
+  // The smallest and largest distance of the difference from zero within the sampling error.
   const double least = std::max(0.0, std::abs(metric.difference) - sampling),
                most = std::abs(metric.difference) + sampling;
   return std::max(metric.margin - least, most - metric.margin) > metric.model_error;

@@ -72,9 +72,9 @@ void require_a_value(const std::vector<Statistic>& statistics, const Eigen::Vect
   throw ComputationError("no statistic of this surface has a value" + why);
 }
 
-// Pitch [m] of the grid for waves. A surface need not be as specified: where that grid is too coarse for its
-// slopes, one that evaluate_diffraction takes, in steps of half the cells; at most law::kMostCells a
-// side, which a surface of light that can be seen does with.
+// Pitch [m] of the grid for waves. A surface may differ from its specification. Where the usual grid is too
+// coarse for its slopes, the pitch shrinks in steps of half the cells until evaluate_diffraction accepts it.
+// The grid has at most law::kMostCells cells a side.
 double traced_pitch(const Task& task, const Groundwork& ground, const std::vector<Target>& targets,
                     const GivenSurface& surface, int threads) {
   std::vector<double> planes{0};

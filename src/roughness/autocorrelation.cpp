@@ -34,7 +34,7 @@ std::optional<double> autocorrelation_closed_form(const KCorrelationPsd& m, doub
   return 2 * scale * std::pow(0.5 * a, nu) * boost::math::cyl_bessel_k(nu, a) / std::tgamma(nu + 1);
 }
 
-// C(r) = S [f J1(2 pi r f)/r] between the band edges; the difference of narrow bands loses digits.
+// C(r) = S [f J1(2 pi r f)/r] between the band edges. For narrow bands the difference loses digits.
 std::optional<double> autocorrelation_closed_form(const UniformPsd&, double factor, double f_min,
                                                   double f_max, double r) {
   if (f_max - f_min < 0.1 * f_max) return std::nullopt;
@@ -56,7 +56,8 @@ double by_quadrature(const SharedPanels& shared, double r) {
   double sum = shared.low_variance;
   for (const PsdPanel& panel : shared.panels) {
     if (k * panel.a <
-        kHankelFrom) {  // an octave, so J0 turns at most 30 rad: 24 nodes resolve it to 1e-19 (j_48(15))
+        // One octave: the argument of J0 spans 30 rad at most, and 24 nodes resolve it to 1e-19 (j_48(15)).
+        kHankelFrom) {
       for (int j = 0; j < kPanelNodes; ++j)
         sum += 2 * kPi * panel.weight[j] * panel.psd[j] * panel.f[j] *
                boost::math::cyl_bessel_j(0, k * panel.f[j]);
@@ -83,7 +84,7 @@ Eigen::ArrayXd autocorrelation(const RadialPsd& psd, const Eigen::ArrayXd& r) {
   const double r_max = r.size() > 0 ? r.maxCoeff() : 0;
   if (r_max <= 0) return result;
   for (const RadialPsd::Part& part : psd.parts_) {
-    std::optional<SharedPanels> shared;  // made when the first r without a closed form comes
+    std::optional<SharedPanels> shared;  // made when first needed
     for (Eigen::Index i = 0; i < r.size(); ++i) {
       if (!(r[i] > 0)) continue;
       const std::optional<double> closed = std::visit(

@@ -26,7 +26,7 @@ namespace {
 constexpr int kBundle = 2 * kLines, kLeastSide = 64;
 }  // namespace
 
-// Transforms of lines of one length, eight at a time.
+// Transforms eight lines of one length together.
 struct FourierTransform::Side {
   explicit Side(int n) : plan(n), phases(line_phases<double>(n, 0, 1)) {}
   void run(double* bundle, double* work) const {
@@ -35,13 +35,13 @@ struct FourierTransform::Side {
         .columns_out(steps, phases.data(), 1, bundle, kBundle, steps.n, bundle, kBundle, work);
   }
   LinePlan<double> plan;
-  std::vector<double> phases;  // none
+  std::vector<double> phases;  // empty
 };
 
 struct FourierTransform::Lines {
   Lines(int r, int c) : rows(r), columns(c), along_columns(r), along_rows(c) {}
 
-  // Lines `line_step` apart of elements `step` apart.
+  // Transforms lines that are `line_step` apart, with elements that are `step` apart.
   static void run(const Side& side, int n, int lines, std::ptrdiff_t line_step, std::ptrdiff_t step,
                   std::complex<double>* values, double* bundle, double* work) {
     for (int first = 0; first < lines; first += kLines) {
@@ -59,7 +59,7 @@ struct FourierTransform::Lines {
     }
   }
 
-  // What lies side by side in memory in the inner loop.
+  // The inner loop runs over neighbours in memory.
   template <typename Visit>
   static void for_each_element(int n, int count, std::ptrdiff_t line_step, std::ptrdiff_t step,
                                const Visit& visit) {
@@ -109,7 +109,8 @@ void FourierTransform::operator()(std::complex<double>* values) const {
 }
 
 void fourier_transform(int rows, int columns, std::complex<double>* values) {
-  const FourierTransform transform(rows, columns);  // planning by estimate costs little beside the transform
+  // An estimated plan costs little compared with the transform.
+  const FourierTransform transform(rows, columns);
   transform(values);
 }
 

@@ -8,20 +8,19 @@ namespace aberfit::internal {
 /// Argument of J0 beyond which its Hankel amplitude is exact to rounding.
 inline constexpr double kHankelFrom = 30;
 
-/// The height variance exists: known from the exponents alone, without integrating.
+/// Whether the height variance exists; the exponents decide, without integration.
 bool has_finite_height_variance(const RadialPsd& psd);
-/// The structure function exists: S below the power -4 towards f = 0, where 1 - J0 vanishes like f^2, and
-/// above -2 towards infinity.
+/// Whether the structure function exists: S must rise more slowly than f^-4 towards f = 0, where 1 - J0
+/// vanishes as f^2, and fall faster than f^-2 towards infinity.
 bool has_finite_structure_function(const RadialPsd& psd);
 
-/// Panels on which S is resolved, good for the Hankel transform at every r in [r_min, r_max].
+/// Panels on which S is resolved, for the Hankel transform at every r in [r_min, r_max].
 struct SharedPanels {
-  double low = 0;  ///< lower edge of the panels [cycles/m]
-  double low_variance =
-      0;  ///< int S d2f below the panels, where also J0 = 1 to rounding [m^2]; may be infinite
+  double low = 0;           ///< lower edge of the panels [cycles/m]
+  double low_variance = 0;  ///< int S d2f below the panels, where J0 = 1 to rounding [m^2]; may be infinite
   std::vector<PsdPanel> panels;
 };
-/// r_min > 0 [m]; S of a finite structure function.
+/// r_min > 0 [m]; S must have a finite structure function.
 SharedPanels shared_panels(const RadialPsd& psd, double r_min, double r_max);
 
 }  // namespace aberfit::internal

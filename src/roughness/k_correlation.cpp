@@ -10,7 +10,7 @@
 namespace aberfit {
 namespace {
 
-// 2-D amplitude over (1-D amplitude times B), C the 1-D exponent.
+// Ratio of the 2-D amplitude to the 1-D amplitude times B; C: 1-D exponent.
 double abel_constant(double C) {
   return std::exp(boost::math::lgamma(0.5 * (C + 1)) - boost::math::lgamma(0.5 * C)) /
          (2 * std::sqrt(std::numbers::pi));
@@ -36,7 +36,7 @@ KCorrelationPsd k_correlation_model(const KCorrelation2d& surface, double f_min,
   KCorrelationPsd model{1.0, surface.correlation, surface.exponent, f_min, f_max};
   const std::string problem = psd_problem(model);
   if (!problem.empty()) throw std::domain_error(problem);
-  // The amplitude of unit RMS, read off where the shape is known to be near its largest in the band.
+  // The amplitude of unit RMS, evaluated at f_min, where the shape is largest in the band.
   const double shape =
       std::exp(-0.5 * surface.exponent * std::log1p(std::pow(surface.correlation * f_min, 2)));
   model.rms = std::sqrt(surface.amplitude * shape / RadialPsd(model)(f_min));

@@ -12,7 +12,7 @@ using namespace internal;
 
 namespace {
 
-// exp(-2 pi i k/n), to the last bit or nearly so: the angle never exceeds an eighth of a turn.
+// exp(-2 pi i k/n), almost exact to the last bit, because the angle never exceeds an eighth of a turn.
 void put_phase(long long k, long long n, double* to) {
   k %= n;
   const long long eighth = (8 * k + n / 2) / n;  // nearest multiple of n/8
@@ -34,7 +34,7 @@ LinePlan<Real>::LinePlan(int n) : n_(n) {
     for (; rest % prime == 0; rest /= prime) radix_.push_back(prime);
   for (; rest % 2 == 0; rest /= 2) ++twos;
   assert(rest == 1);
-  // Eights last: the last pass has no twiddles. 16 is 4 4, not 2 8.
+  // Factors of 8 come last, because the last pass has no twiddle factors. 16 is 4 4, not 2 8.
   if (twos % 3 == 1 && twos > 1) {
     radix_.insert(radix_.end(), {4, 4});
     twos -= 4;
@@ -54,8 +54,7 @@ LinePlan<Real>::LinePlan(int n) : n_(n) {
       }
     length /= radix;
   }
-  // Digits of a block's place, the first pass's the most significant, are those of its sample, there the
-  // least.
+  // The digits of a block's position, most significant first pass, are those of its sample in reverse order.
   order_ = {0};
   int samples = 1;
   for (std::size_t i = 0; i + 1 < radix_.size(); ++i) {

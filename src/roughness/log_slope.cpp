@@ -21,7 +21,7 @@ double ramp(double z) {
   return sum;
 }
 
-// alpha + beta ln f, which q tends to at one end of an open band.
+// alpha + beta ln f, the limit of q at one end of an open band.
 struct Tail {
   double constant, log;
 };
@@ -31,12 +31,12 @@ Tail at_infinity(const LogSlope& q) {
   return {q.constant + q.knee + 2 * q.log_knee * log_b, q.log_f + 2 * q.log_knee};
 }
 
-// 2 pi int f^(power + 1) (alpha + beta ln f) over [a, b] of the sum of `terms`.
+// 2 pi int f^(power + 1) (alpha + beta ln f) over [a, b], times the sum of `terms`.
 double tail_moment(const std::vector<PowerTerm>& terms, const Tail& tail, double power, double a, double b) {
   double sum = 0;
   for (const PowerTerm& term : terms) {
     const double p = power + 2 - term.exponent, low = a > 0 ? std::log(a) : -kInfinity, high = std::log(b);
-    const double edge = std::isfinite(high) ? high : low;  // values of S beside it do not overflow
+    const double edge = std::isfinite(high) ? high : low;  // values of S near it do not overflow
     const double scale = term.amplitude * std::exp(p * edge + term.exponent * std::log(term.reference));
     const auto part = [&](int m) { return exponential_integral(m, p, low - edge, high - edge); };
     sum += scale * ((tail.constant + tail.log * edge) * part(0) + (tail.log != 0 ? tail.log * part(1) : 0));

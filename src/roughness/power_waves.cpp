@@ -9,7 +9,7 @@ namespace aberfit::internal {
 
 PowerStretch::PowerStretch(double f_min, double f_max, double exponent) : f_min_(f_min), f_max_(f_max) {
   const double q = 0.5 - exponent;
-  // h_n = (-i)^n |h_n|: every second a_n is real, the others are imaginary.
+  // h_n = (-i)^n |h_n|, so every second a_n is real and the others are imaginary.
   double h = 1;
   a_[0] = -1;
   for (int n = 1; n < kTerms; ++n) {
@@ -37,8 +37,8 @@ void PowerWaves::add(const PowerStretch& stretch, double a, double psd_a, double
   add_end(stretch, b, psd_b);
 }
 
-// J0(x) = (pi x)^(-1/2) (P (cos x + sin x) - Q (sin x - cos x)), DLMF 10.17.3: P is even in x where
-// `wave_sum` is odd, which a negative frequency exchanges.
+// J0(x) = (pi x)^(-1/2) (P (cos x + sin x) - Q (sin x - cos x)), DLMF 10.17.3. P is even in x, but `wave_sum`
+// has an odd series there; a negative frequency exchanges the two.
 void PowerWaves::add_node(double f, double weight) {
   const double inverse = 1 / (k_ * f);
   Wave& wave = nodes_.waves.emplace_back(Wave{-f, {}});

@@ -13,7 +13,7 @@ using namespace internal;
 
 namespace {
 
-// int_h^inf S(g) g/sqrt(g^2 - f^2) dg where S is one power and h >= 2 f, by the binomial series of the root.
+// int_h^inf S(g) g/sqrt(g^2 - f^2) dg if S is one power and h >= 2 f, by the binomial series of the root.
 double power_tail(const PowerTerm& term, double f, double h) {
   const double p = term.exponent;
   if (p <= 1) return std::numeric_limits<double>::infinity();
@@ -48,8 +48,8 @@ double ProfileSpectrum::operator()(double f) const {
   const auto across = [f](double g) { return std::sqrt((g - f) * (g + f)); };
   auto panel =
       std::partition_point(panels_.begin(), panels_.end(), [f](const PsdPanel& p) { return p.b <= f; });
-  // Next to f, in u with g^2 = f^2 + u^2: S g/sqrt(g^2 - f^2) dg is S du, nothing singular. Panels are an
-  // octave wide at most, so that from 2 f on the root is as smooth as S and its nodes serve.
+  // Near f we use u with g^2 = f^2 + u^2, so that S g/sqrt(g^2 - f^2) dg becomes the regular S du. Panels are
+  // at most one octave wide, so from 2 f on the root is as smooth as S and the panel's nodes suffice.
   for (; panel != panels_.end() && panel->a < 2 * f; ++panel) {
     const double from = across(std::max(panel->a, f)), width = across(panel->b) - from;
     for (Eigen::Index j = 0; j < rule.nodes.size(); ++j) {

@@ -5,8 +5,8 @@
 
 namespace aberfit::internal {
 
-/// profile_psd at many frequencies from `lowest` up [cycles/m]: S is evaluated once on panels of its band,
-/// and only the panels next to f anew. Same error.
+/// profile_psd at many frequencies from `lowest` up [cycles/m], with the same error. S is evaluated once on
+/// panels of its band, and again only on the panels next to f.
 class ProfileSpectrum {
  public:
   ProfileSpectrum(const RadialPsd& psd, double lowest);
@@ -14,7 +14,7 @@ class ProfileSpectrum {
 
  private:
   const RadialPsd& psd_;
-  std::vector<PsdPanel> panels_;  // ascending, up to the end of the band or to tail_from_
+  std::vector<PsdPanel> panels_;  // ascending, to the end of the band or to tail_from_
   std::vector<PowerTerm> tail_;
   double tail_from_ = 0;
 };

@@ -14,8 +14,7 @@ namespace {
 // int_1^q t^(p-1) dt = (q^p - 1)/p, without cancellation for p near 0 or q near 1; q may be infinite (p < 0).
 double power_integral(double p, double log_q) { return p == 0 ? log_q : std::expm1(p * log_q) / p; }
 
-// Shapes S/factor, their height variance over the model's own band for factor = 1, and what they tend to at
-// both ends.
+// Shapes S/factor, their height variance over the model's band for factor = 1, and their limits at both ends.
 
 double shape(const UniformPsd&, double) { return 1.0; }
 double shape(const KCorrelationPsd& m, double f) {
@@ -30,7 +29,7 @@ double shape(const TablePsd& m, double f) {
   const double slope = std::log(m.psd[i] / m.psd[i - 1]) / std::log(m.frequency[i] / m.frequency[i - 1]);
   return m.psd[i - 1] * std::pow(f / m.frequency[i - 1], slope);
 }
-double shape(const SumPsd&, double) { return 0.0; }  // sums are flattened, so never a part
+double shape(const SumPsd&, double) { return 0.0; }  // sums are flattened, so this is never a part
 
 double factor(const UniformPsd& m) {
   return square(m.rms) / (kPi * (m.f_max - m.f_min) * (m.f_max + m.f_min));
@@ -62,7 +61,7 @@ PowerTerm low_term(const Model&) {
 PowerTerm high_term(const PowerLawPsd& m) { return {1.0, m.exponent}; }
 PowerTerm high_term(const KCorrelationPsd& m) { return {1.0, m.exponent, 1 / m.correlation}; }
 template <class Model>
-PowerTerm high_term(const Model&) {  // the Gaussian falls faster than any power
+PowerTerm high_term(const Model&) {  // a Gaussian falls faster than any power
   return {0.0, 0.0};
 }
 

@@ -29,7 +29,7 @@ Model& part_at(Model& model, const std::vector<std::size_t>& part) {
   return *at;
 }
 
-// The number itself; null where the model has none of the kind, or it is not set.
+// The number itself; null if the model has none of this kind or it is not set.
 template <class Model>
 double* number(Model& m, Kind kind, std::size_t row) {
   if constexpr (std::is_same_v<Model, PowerLawPsd>) {
@@ -81,7 +81,7 @@ void collect_parameters(const PsdModel& model, const std::vector<std::size_t>& p
       if (number(copy, {Kind(kind), {}, row})) found->push_back({Kind(kind), part, row});
 }
 
-// d ln S/dp inside the band with a given amplitude; what keeps the rms is added by `keep_rms`.
+// d ln S/dp inside the band for a given amplitude; `keep_rms` adds the part that keeps the rms.
 LogSlope slope_of_shape(const UniformPsd&, const PsdVariable&) { return {}; }
 LogSlope slope_of_shape(const KCorrelationPsd& m, const PsdVariable& p) {
   LogSlope slope;
@@ -113,7 +113,7 @@ LogSlope slope_of_shape(const TablePsd& m, const PsdVariable& p) {
 LogSlope slope_of_shape(const SumPsd&, const PsdVariable&) { return {}; }
 
 template <class Model>
-double rms_kept(const Model& m) {  // 0: none
+double rms_kept(const Model& m) {  // 0: no rms
   if constexpr (std::is_same_v<Model, PowerLawPsd>)
     return m.rms.value_or(0);
   else if constexpr (requires { m.rms; })
@@ -121,8 +121,8 @@ double rms_kept(const Model& m) {  // 0: none
   return 0;
 }
 
-// Whose mean over the height variance is 0, where the rms stays: S is divided by an integral over the band,
-// which has the derivative of it. In closed form where S is made of powers.
+// Mean of d ln S/dp, weighted by the height variance, in closed form. It is subtracted if the rms stays
+// constant, because S is then divided by an integral over the band.
 double mean_slope(const KCorrelationPsd& m, const LogSlope& slope) {
   // With v = 1 + (B f)^2 = exp(w) the height variance is int v^(p - 1) dv = int exp(p w) dw, p = 1 - c/2.
   const double p = 1 - 0.5 * m.exponent;
@@ -228,7 +228,7 @@ PsdDerivative PsdDerivative::band(double f_min, double f_max) const {
   result.part_ = part_.band(f_min, f_max);
   std::erase_if(result.rings_,
                 [&](const Ring& ring) { return ring.frequency < f_min || ring.frequency > f_max; });
-  if (part_.f_max() > f_max) result.highest_ = 0;  // S is cut there, wherever the model ends
+  if (part_.f_max() > f_max) result.highest_ = 0;  // S is cut there, whatever the end of the model
   return result;
 }
 

@@ -9,10 +9,11 @@
 namespace aberfit {
 namespace {
 
-constexpr double kInterpolation = 1e-3;  // of S between the rows of a Gaussian
+constexpr double kInterpolation = 1e-3;  // allowed relative error of S between the rows of a Gaussian
 constexpr double kWidestStep = 0.3;      // in log f
 
-// log S = -(pi l f)^2 bends in u = log f by 4 (pi l f)^2: a chord of width h misses h^2/8 of it.
+// log S = -(pi l f)^2 has the second derivative 4 (pi l f)^2 in log f; a chord of width h errs by h^2/8 of
+// it.
 TablePsd gaussian_table(const GaussianPsd& model, double f_min, double f_max) {
   const RadialPsd psd(model);
   const double scale = kPi * model.correlation_length;
@@ -20,7 +21,7 @@ TablePsd gaussian_table(const GaussianPsd& model, double f_min, double f_max) {
   const double last = std::min(f_max, std::sqrt(60.0) / scale);
   TablePsd table;
   if (!(first < last)) return table;
-  // The bend grows by at most exp(2 kWidestStep) within a step, for which half the allowance leaves room.
+  // The second derivative grows by at most exp(2 kWidestStep) in a step; half the allowed error covers that.
   for (double f = first; f < last * (1 - 1e-9);) {
     table.frequency.push_back(f);
     f *= std::exp(std::min(kWidestStep, std::sqrt(8 * 0.5 * kInterpolation) / (2 * scale * f)));
@@ -71,7 +72,7 @@ struct Cutter {
   }
 
  private:
-  // Keeps the name of the model; its S is not changed inside the band.
+  // Keeps the type of the model; S inside the band does not change.
   template <class Model>
   std::optional<PsdModel> inside(Model m, bool has_rms) const {
     const double low = std::max(m.f_min, f_min), high = std::min(m.f_max, f_max);

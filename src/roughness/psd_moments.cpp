@@ -7,16 +7,16 @@
 namespace aberfit {
 namespace {
 
-// int t^(p-1) dt over the part of (0, inf) next to t = 1: from 1 up to `ratio` >= 1 (may be infinity), or
-// from `ratio` < 1 (may be 0) to 1.
+// int t^(p-1) dt next to t = 1: from 1 to `ratio` >= 1 (may be infinity), or from `ratio` < 1 (may be 0) to
+// 1.
 double edge_power_integral(double p, double ratio) {
   if (ratio == 0) return p > 0 ? 1 / p : kInfinity;
   if (std::isinf(ratio)) return p < 0 ? -1 / p : kInfinity;
   return std::abs(p == 0 ? std::log(ratio) : std::expm1(p * std::log(ratio)) / p);
 }
 
-// int f^q S^order df between `edge` and `other`, order 1 or 2, where S is the sum of `terms`. Written in
-// f/edge, so that only values of S enter.
+// int f^q S^order df between `edge` and `other`, order 1 or 2, if S is the sum of `terms`. It is written in
+// f/edge, so only values of S occur.
 double power_terms_integral(const std::vector<PowerTerm>& terms, double q, int order, double edge,
                             double other) {
   double sum = 0;

@@ -9,7 +9,7 @@ namespace aberfit {
 namespace {
 
 constexpr double kResolved = 1e-14;
-constexpr int kMaxHalvings = 10;  // exp(-700 t^2) on [1, 2], the steepest that has not underflowed, needs 5
+constexpr int kMaxHalvings = 10;  // exp(-700 t^2) on [1, 2], the steepest that does not underflow, needs 5
 
 // Constant, computed at first use.
 const LegendreRule& reference_panel() {
@@ -25,8 +25,8 @@ PsdPanel panel_on(const RadialPsd& psd, double a, double b) {
   return panel;
 }
 
-// The last two Legendre coefficients stand for what the polynomial misses. The floor is the rounding of S
-// itself: exp(-z) carries z eps, which no halving removes.
+// The last two Legendre coefficients estimate the error of the polynomial. The lower limit is the rounding of
+// S itself: exp(-z) has a relative error z eps, which halving does not remove.
 bool resolved(const PsdPanel& panel) {
   const LegendreRule& reference = reference_panel();
   const double top = panel.psd.abs().maxCoeff();
@@ -49,11 +49,10 @@ void append_resolved(const RadialPsd& psd, double a, double b, int halvings, std
   }
 }
 
-// Spherical Bessel functions j_0 .. j_{kPanelNodes-1}: upward where that is stable, else downward (Miller)
-// and normalised.
+// Spherical Bessel functions j_0 .. j_{kPanelNodes-1}: upward if that is stable, else downward (Miller).
 PanelArray spherical_bessel(double x) {
   PanelArray j = PanelArray::Zero();
-  if (x < 1e-8) {  // the powers beyond are below rounding
+  if (x < 1e-8) {  // higher powers are below rounding
     j[0] = 1;
     j[1] = x / 3;
     return j;
@@ -117,7 +116,7 @@ Eigen::Array<std::complex<double>, kPanelNodes, 1> oscillatory_weights(double a,
   const LegendreRule& reference = reference_panel();
   const double half = 0.5 * (b - a), centre = 0.5 * (a + b);
   const PanelArray j = spherical_bessel(std::abs(omega) * half);
-  // Real and imaginary part of sum (2l+1) i^l j_l P_l: even and odd over the panel, so half of it is enough.
+  // Real and imaginary part of sum (2l+1) i^l j_l P_l are even and odd over the panel; half of it suffices.
   constexpr int kHalf = kPanelNodes / 2;
   Eigen::Array<double, kHalf, 1> half_even = Eigen::Array<double, kHalf, 1>::Zero(), half_odd = half_even;
   for (int l = 0; l < kPanelNodes; l += 2) {

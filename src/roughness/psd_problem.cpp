@@ -7,9 +7,9 @@
 namespace aberfit {
 namespace {
 
-constexpr double kHighestEnd = 1e30;  // of a band that ends [cycles/m]; atoms are 1e10
+constexpr double kHighestEnd = 1e30;  // largest f_max [cycles/m]; atoms correspond to 1e10
 
-// Negated comparisons throughout, so that NaN is a problem too.
+// Comparisons are negated so that NaN is a problem too.
 bool positive(double x) { return x > 0 && std::isfinite(x); }
 
 std::string rms_problem(double rms) {
@@ -21,7 +21,7 @@ std::string band_problem(double f_min, double f_max) {
     return fmt::format("f_min is {:g} /m, it must be finite and not negative", f_min);
   if (!(f_max > f_min))
     return fmt::format("f_max ({:g} /m) must be greater than f_min ({:g} /m)", f_max, f_min);
-  // Powers of it leave the range of numbers from 1e77 on: an integral would be short, or none, unsaid.
+  // From 1e77 on, powers of f_max overflow, so integrals would be wrong without notice.
   if (std::isfinite(f_max) && f_max > kHighestEnd)
     return fmt::format("f_max is {:g} /m, it must be at most {:g} /m; leave it out for a band without end",
                        f_max, kHighestEnd);

@@ -21,8 +21,7 @@ constexpr const char* kAllowed =
     "rows of two or more numbers (frequency, PSD), both positive, frequencies ascending; '#' comments; one "
     "header row";
 
-// The factor that a column has by its header or its option, which must not differ. `what`, `key`: of
-// messages.
+// The factor of a column from its header or its option, which must agree. `what`, `key`: for messages.
 std::optional<double> agreed(const std::string& path, const std::string& unit, Dimension dimension,
                              const std::optional<double>& given, const char* key) {
   constexpr double kSame = 1e-6;
@@ -34,7 +33,7 @@ std::optional<double> agreed(const std::string& path, const std::string& unit, D
   return said ? said : given;
 }
 
-// The options with the units that the header says.
+// The options with the units from the header.
 PsdTableOptions with_units(const std::string& path, const HeaderUnits& units, PsdTableOptions options) {
   const bool profile = options.kind == PsdTableKind::k1dOneSided;
   const Dimension dimension = profile ? Dimension::kPsd1d : Dimension::kPsd2d;
@@ -123,7 +122,7 @@ PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::v
                                  table.frequency.back()));
   result.psd = std::get<TablePsd>(*psd_in_band(table, f_min, f_max));
   const RadialPsd whole(table);
-  // Summed outside the band: one minus the share inside would lose the small ones.
+  // We sum outside the band, because one minus the fraction inside would lose digits for small values.
   const auto left_out = [&](double power) {
     const double outside =
         radial_moment(whole, power, 0, f_min) + radial_moment(whole, power, f_max, table.frequency.back());
@@ -140,7 +139,7 @@ PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& op
   std::vector<int> lines;
   bool header_seen = false;
   HeaderUnits units;
-  // Of a header row, of one of units below it, or of the last comment before the numbers.
+  // Units come from a header row, a row of units below it, or the last comment before the numbers.
   const auto take_units = [&](std::string_view row) {
     const HeaderUnits said = units_of_header(row);
     if (!said.frequency.empty()) units.frequency = said.frequency;
@@ -179,7 +178,7 @@ PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& op
   }
   if (lines.empty() && !header_seen && file.number() == 0)
     throw InputError(path, "", "an empty file", kAllowed);
-  // What is wrong with the numbers comes first; the units decide only what they mean.
+  // Errors in the numbers are reported first; units only scale them.
   psd_from_table(frequency, psd, {.kind = PsdTableKind::k2dTwoSided}, path, lines);
   return psd_from_table(frequency, psd, with_units(path, units, options), path, lines);
 }

@@ -7,8 +7,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Fields of a row of names: separators inside brackets separate nothing, and a unit in brackets belongs to
-// the name before it.
+// Fields of a row of names. Separators inside brackets do not count; a unit belongs to the name before it.
 std::vector<std::string> header_fields(std::string_view row) {
   char delimiter = ' ';
   for (const char candidate : {';', '\t', ','}) {

@@ -24,24 +24,24 @@ namespace {
 using std::numbers::pi;
 using Complex = std::complex<double>;
 
-// Cells so near to zero frequency, in frequency steps, are integrated exactly; beyond, two nodes a side leave
-// 4e-5 of a cell for S ~ f^-4.
+// Grid cells this near to zero frequency, in frequency steps, are integrated exactly. Beyond, two nodes per
+// side have an error of 4e-5 of a cell for S ~ f^-4.
 constexpr double kLowCells = 8;
-// A coarser grid takes over the ordinates up to this one: the fewer, the more its waves crowd at its lowest.
+// A coarser grid replaces the frequency ordinates up to this one. A smaller number concentrates the coarser
+// grid's waves more at its lowest frequencies.
 constexpr Eigen::Index kReplaced = 2;
 
-/// Variance between the frequencies x0..x1 and y0..y1, all >= 0: one quadrant.
+/// Variance between the frequencies x0..x1 and y0..y1, all >= 0, in one quadrant.
 using QuadrantVariance = std::function<double(double x0, double x1, double y0, double y1)>;
 
 struct Lattice {
-  Eigen::Index rows, columns;  ///< of the map
+  Eigen::Index rows, columns;  ///< size of the map
   Eigen::Index oversize;
-  bool line;  ///< one row, and no waves across
+  bool line;  ///< one row, without waves across it
   double pitch;
 };
 
-// One draw of 2 amplitudes: E |c|^2 = variance of one ordinate; real where an ordinate is its own mirror
-// image.
+// A random amplitude with E |c|^2 = variance of one ordinate; real where the ordinate mirrors itself.
 Complex amplitude(SpectrumDraw draw, const RandomStream& stream, std::uint64_t index, double variance,
                   bool own_mirror) {
   if (draw == SpectrumDraw::kPhaseOnly) {
@@ -52,8 +52,8 @@ Complex amplitude(SpectrumDraw draw, const RandomStream& stream, std::uint64_t i
   return own_mirror ? Complex(std::sqrt(variance) * re) : std::sqrt(0.5 * variance) * Complex(re, im);
 }
 
-// Quadrant variances of the cells of the first grid, (j, k) for frequencies j/(rows pitch), k/(columns
-// pitch). Cells end at 1/(2 pitch): the last one of an even size is half a cell.
+// Quadrant variances of the frequency cells of the first grid, (j, k) for frequencies j/(rows pitch),
+// k/(columns pitch). Cells end at 1/(2 pitch), so the last one of an even size is half a cell.
 Grid cell_variances(const QuadrantVariance& variance, Eigen::Index rows, Eigen::Index columns, double pitch) {
   const auto edges = [pitch](Eigen::Index k, Eigen::Index n) {
     const double step = 1 / (double(n) * pitch);
@@ -73,10 +73,10 @@ Grid cell_variances(const QuadrantVariance& variance, Eigen::Index rows, Eigen::
   return cells;
 }
 
-// Half of the spectrum of the first grid: ordinates (j, k), k = 0 .. columns/2; the rest is their mirror
-// image. Each pair is drawn once, at the number of the one that comes first in the order of rows; those that
-// are their own image (zero and, in even sizes, Nyquist) are real and hold the cells of both signs.
-// put(j, k, value).
+// Half of the spectrum of the first grid: ordinates (j, k), k = 0 .. columns/2. The rest is the mirror image.
+// Each pair has one random number, with the index of the first of the two in row order. Ordinates that are
+// their own mirror image (zero and, in even sizes, Nyquist) are real and hold the variance of both signs.
+// Calls put(j, k, value).
 template <typename Put>
 void draw_spectrum(const Grid& cells, Eigen::Index rows, Eigen::Index columns,
                    const RandomSurfaceOptions& options, const Put& put) {
@@ -101,20 +101,20 @@ void draw_spectrum(const Grid& cells, Eigen::Index rows, Eigen::Index columns,
       else
         c = std::sqrt(0.5 * variance) * Complex(re[std::size_t(k)], im[std::size_t(k)]);
       if (k <= half) put(j, k, c);
-      // The mirror image, where it is in this half, too.
+      // The mirror image, if it is in this half too.
       if (k_mirror <= half && !(own_row && own_column)) put(opposite, k_mirror, std::conj(c));
     }
   }
 }
 
-// The real transform along columns and rows, by lines side by side; only what the map needs of it.
+// The real transform along columns and rows, several lines together; only the part that the map needs.
 Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen::Index columns,
                  const RandomSurfaceOptions& options) {
   const LineKernels<double>& kernels = line_kernels<double>(best_instruction_set());
   const LinePlan<double> along_y{int(rows)}, along_x{int(columns)};
   const Eigen::Index blocks = (columns / 2 + kLines) / kLines, bundle = 2 * kLines;
   const long stride =
-      blocks * bundle + kLines;            // off a power of two, where all rows share a line of the cache
+      blocks * bundle + kLines;            // not a power of two, which would map all rows to one cache line
   Eigen::ArrayXd spectrum(rows * stride);  // columns are transformed in place
   spectrum.setZero();
   draw_spectrum(cells, rows, columns, options, [&](Eigen::Index j, Eigen::Index k, Complex c) {
@@ -157,7 +157,7 @@ Grid first_grid(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen:
   return height;
 }
 
-// Cells of a coarser grid along one axis: step wide around multiples of it, cut at the rectangle they fill.
+// Frequency cells of a coarser grid along one axis, one step wide and cut at the rectangle they fill.
 struct Axis {
   std::vector<double> low, high;
   double centre(Eigen::Index k) const {
@@ -175,12 +175,11 @@ Axis axis_of(double end, double step, bool only_zero) {
   return axis;
 }
 
-// Adds the waves of a coarser grid, evaluated one by one at the points of the map: there are few of them, and
-// so nothing is interpolated.
+// Adds the waves of a coarser grid one by one at the points of the map, because they are few.
 void add_waves(const QuadrantVariance& variance, const Axis& x, const Axis& y, Eigen::Index inner_x,
                Eigen::Index inner_y, const RandomStream& stream, SpectrumDraw draw, double pitch,
                Grid* height) {
-  Eigen::MatrixXcd waves = Eigen::MatrixXcd::Zero(2 * y.size() - 1, x.size());  // row: -y .. y
+  Eigen::MatrixXcd waves = Eigen::MatrixXcd::Zero(2 * y.size() - 1, x.size());  // rows: -y .. y
   const Eigen::Index zero = y.size() - 1;
   for (Eigen::Index j = -zero; j <= zero; ++j)
     for (Eigen::Index k = 0; k < x.size(); ++k) {
@@ -240,9 +239,8 @@ bool jumps_between(const std::vector<double>& jump, double lower, double upper) 
   return next != jump.end() && *next < upper;
 }
 
-// S(f) by cubics through samples `spacing` apart, itself where there are none and beside its breakpoints.
-// Cells are never nearer to zero than seven frequency steps: at eight samples a step, S ~ f^-4 is good to
-// 2e-6.
+// S(f) by cubic interpolation of samples `spacing` apart; S itself without samples and next to breakpoints.
+// Cells are at least seven steps from zero. Eight samples per step give S ~ f^-4 to 2e-6.
 constexpr double kSamplesPerStep = 8;
 class PsdTable {
  public:
@@ -280,7 +278,7 @@ class PsdTable {
   std::vector<char> smooth_;
 };
 
-constexpr double kGaussNode = 0.288675134594812882;  // of two on [-1/2, 1/2], 1/sqrt(12)
+constexpr double kGaussNode = 0.288675134594812882;  // node of two on [-1/2, 1/2], 1/sqrt(12)
 
 }  // namespace
 
@@ -316,8 +314,8 @@ HeightMap random_surface(const RadialPsd& psd, Eigen::Index rows, Eigen::Index c
 Profile random_profile(const RadialPsd& psd, Eigen::Index points, double pitch,
                        const RandomSurfaceOptions& options) {
   check(1, points, pitch, options);
-  // S1 bends sharply, with infinite slope, at a frequency where S jumps. A quarter: one-sided, and the
-  // lattice of one row counts its only row twice.
+  // S1 has an infinite slope at a frequency where S jumps. The factor is a quarter, because S1 is one-sided
+  // and the grid of one row counts its only row twice.
   const double longest = double(points) * double(options.oversize) * pitch *
                          std::pow(std::max(2, options.oversize), options.scales - 1);
   const ProfileSpectrum s1(psd, 0.1 / longest);  // cells start at half a step of the largest grid

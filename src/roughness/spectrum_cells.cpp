@@ -26,7 +26,7 @@ double integral_in_pieces(const std::function<double(double)>& g, double a, doub
 }
 
 double rectangle_variance(const RadialPsd& psd, double x0, double x1, double y0, double y1) {
-  // acos and asin of what rounding leaves outside [0, 1] are those of the nearest end.
+  // Rounding may leave [0, 1]; acos and asin then use the nearest end.
   const auto ratio = [](double side, double f) { return std::min(1.0, side / f); };
   const auto angle = [&](double f) {
     const double from = std::max(std::acos(ratio(x1, f)), std::asin(ratio(y0, f)));

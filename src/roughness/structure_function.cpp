@@ -16,7 +16,7 @@ using namespace internal;
 
 namespace {
 
-// 1 - 2 J1(z)/z to rounding relative to itself.
+// 1 - 2 J1(z)/z with a relative error of rounding.
 double one_minus_jinc(double z) {
   if (z > 1) return 1 - 2 * boost::math::cyl_bessel_j(1, z) / z;
   const double q = 0.25 * z * z;
@@ -28,10 +28,10 @@ double one_minus_jinc(double z) {
   return sum;
 }
 
-constexpr double kEvenExponent = 1e-9;  // distance of nu from an integer below which its formula is used
+constexpr double kEvenExponent = 1e-9;  // distance of nu from an integer for the integer formula
 
-// 1 - (2/Gamma(nu)) (a/2)^nu K_nu(a). Up to a = 2 from the series of K_nu without its first term:
-// DLMF 10.27.4 with 10.25.2, and 10.31.1 for an integer nu.
+// 1 - (2/Gamma(nu)) (a/2)^nu K_nu(a). Up to a = 2 it uses the series of K_nu without its first term: DLMF
+// 10.27.4 with 10.25.2, and 10.31.1 for an integer nu.
 double one_minus_matern(double nu, double a) {
   if (a > 700) return 1;
   if (a > 2)
@@ -76,7 +76,7 @@ std::optional<double> structure_closed_form(const GaussianPsd& m, double factor,
 std::optional<double> structure_closed_form(const KCorrelationPsd& m, double factor, double f_min,
                                             double f_max, double r) {
   const double nu = 0.5 * m.exponent - 1;
-  if (f_min > 0 || std::isfinite(f_max) || nu > 60) return std::nullopt;  // beyond, K_nu overflows
+  if (f_min > 0 || std::isfinite(f_max) || nu > 60) return std::nullopt;  // K_nu overflows for larger nu
   return kPi * factor / (square(m.correlation) * nu) * one_minus_matern(nu, 2 * kPi * r / m.correlation);
 }
 
@@ -122,7 +122,7 @@ Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r)
   if (r_max <= 0) return result;
   const double r_min = (r > 0).select(r, r_max).minCoeff();
   for (const RadialPsd::Part& part : psd.parts_) {
-    std::optional<StructureQuadrature> quadrature;  // made when the first r without a closed form comes
+    std::optional<StructureQuadrature> quadrature;  // made when first needed
     for (Eigen::Index i = 0; i < r.size(); ++i) {
       if (!(r[i] > 0)) continue;
       const std::optional<double> closed = std::visit(

@@ -17,9 +17,9 @@ const LegendreRule& long_rule() {
   return rule;
 }
 
-// A rule for S times J0 over `turn` radians on one panel; none where Filon's rule costs less. n nodes are
-// exact to degree 2 n - 1, and the Legendre coefficients of S fall to 1e-14 by degree 23: the largest product
-// of one of them with the J_(2n-l)(turn/2) that it meets stays below 4e-17.
+// A rule for S times J0 over `turn` radians on one panel; null where Filon's rule costs less. n nodes are
+// exact to degree 2 n - 1, and the Legendre coefficients of S fall to 1e-14 by degree 23. The largest product
+// of such a coefficient with its J_(2n-l)(turn/2) is below 4e-17.
 const LegendreRule* rule_for(double turn) {
   if (turn <= 24) return &unit_rule();
   if (turn <= 90) return &long_rule();
@@ -28,9 +28,9 @@ const LegendreRule* rule_for(double turn) {
   return turn <= 560 ? &widest : nullptr;
 }
 
-// 24 nodes carry J0 over 10 rad: J_24(5) = 4e-15; 48 over 36 rad: J_48(18) = 1e-16.
+// 24 nodes resolve J0 over 10 rad: J_24(5) = 4e-15. 48 nodes resolve it over 36 rad: J_48(18) = 1e-16.
 constexpr double kTurnOfMerged = 10, kTurnOfLong = 36;
-constexpr std::size_t kWavesOfMerged = 40;  // that cost as much as 24 values of J0
+constexpr std::size_t kWavesOfMerged = 40;  // their cost is that of 24 values of J0
 }  // namespace
 
 StructureQuadrature::StructureQuadrature(const RadialPsd& psd, std::vector<PowerStretch> stretches,
@@ -52,8 +52,8 @@ StructureQuadrature::StructureQuadrature(const RadialPsd& psd, std::vector<Power
   const auto moment = [&](double power, double a, double b) {
     return slope ? slope_moment(psd, *slope, power, a, b) : radial_moment(psd, power, a, b);
   };
-  // Below the panels 1 - J0 is its series: next to nothing where the height variance is finite, a good part
-  // where S falls almost as fast as f^-4.
+  // Below the panels we use the series of 1 - J0. It is negligible if the height variance is finite, but
+  // large if S falls almost as fast as f^-4.
   if (psd.f_min() == 0)
     for (std::size_t m = 1; m < low_.size(); ++m)
       low_[m] = std::pow(kPi, 2.0 * double(m)) * moment(2.0 * double(m), 0, shared_.low);
@@ -68,7 +68,7 @@ StructureQuadrature::StructureQuadrature(const RadialPsd& psd, std::vector<Power
     below_.push_back(sum);
   }
   if (std::isinf(psd.f_max()) && !shared_.panels.empty())
-    beyond_ = moment(0, shared_.panels.back().b, kInfinity);  // where J0 has averaged out
+    beyond_ = moment(0, shared_.panels.back().b, kInfinity);  // J0 averages out there
 }
 
 double StructureQuadrature::operator()(double r) {
@@ -78,7 +78,7 @@ double StructureQuadrature::operator()(double r) {
   const Plan& now = *plans_[octave];
   const double k = 2 * kPi * r;
   double sum = beyond_;
-  // Four terms of 1 - J0: the next is 1e-12 of the first.
+  // Four terms of 1 - J0; the next is 1e-12 of the first.
   const Powers& p = now.first > 0 ? below_[now.first - 1] : low_;
   const double q = r * r;
   sum += q * (p[1] - q / 4 * (p[2] - q / 9 * (p[3] - q / 16 * p[4])));
@@ -97,7 +97,7 @@ void StructureQuadrature::Plan::add(double node, double node_weight) {
   waves.add_node(node, node_weight);
 }
 
-// For wave numbers in [k/2, k].
+// The plan for wave numbers in [k/2, k].
 StructureQuadrature::Plan StructureQuadrature::plan(double k) const {
   const std::vector<PsdPanel>& panels = shared_.panels;
   Plan result;
@@ -112,7 +112,7 @@ StructureQuadrature::Plan StructureQuadrature::plan(double k) const {
            panels[end].a == panels[end - 1].b)
       ++end;
     const std::size_t s = stretch_[i];
-    const std::size_t waves = stretch_[end - 1] - s;  // that would stand for the merged panels
+    const std::size_t waves = stretch_[end - 1] - s;  // number of waves instead of the merged panels
     if (s < stretches_.size() && 0.5 * k * a >= stretches_[s].smallest() && waves <= kWavesOfMerged) {
       for (; i < panels.size() && stretch_[i] == s; ++i) {
         result.wave_mass += mass_[i];
@@ -135,13 +135,12 @@ StructureQuadrature::Plan StructureQuadrature::plan(double k) const {
   return result;
 }
 
-// Weights of as many nodes as the rule has that integrate S times any polynomial of their degree over
-// panels [i, end) together.
+// Appends the nodes of the rule, with weights that integrate S times polynomials over panels [i, end).
 void StructureQuadrature::append_merged(std::size_t i, std::size_t end, const LegendreRule& rule,
                                         Plan* plan) const {
   const double a = shared_.panels[i].a, b = shared_.panels[end - 1].b;
   const int n = int(rule.nodes.size());
-  Eigen::ArrayXd moment = Eigen::ArrayXd::Zero(n);  // of Legendre polynomials
+  Eigen::ArrayXd moment = Eigen::ArrayXd::Zero(n);  // moments of Legendre polynomials
   for (std::size_t p = i; p < end; ++p) {
     const PsdPanel& panel = shared_.panels[p];
     const PanelArray t = (2 * panel.f - (a + b)) / (b - a);

@@ -19,13 +19,13 @@ double signed_area(const std::vector<Outline>& outlines) {
   return 0.5 * internal::area_of(outlines).twice_area;
 }
 
-// The right-angled triangle axis - foot of the perpendicular on an edge - one end of that edge. Seen from the
-// axis, a circle of radius rho has the angle arctan(along/distance) - arccos(distance/rho) inside it once rho
-// > distance.
+// A right-angled triangle: the axis, the foot of the perpendicular on an edge's line, and one end of that
+// edge. For rho > distance, a circle of radius rho about the axis has the angle arctan(along/distance) -
+// arccos(distance/rho) inside it.
 struct HalfEdge {
-  double distance;  // of the edge's line from the axis
+  double distance;  // from the axis to the edge's line
   double along;     // from the foot to the end, >= 0
-  double sign;      // of the area it adds
+  double sign;      // sign of its area
   double whole = std::atan2(along, distance);
 
   double angle(double rho2) const {
@@ -42,7 +42,7 @@ void add_half_edges(const Outline& v, double sense, std::vector<HalfEdge>* resul
     if (length == 0) continue;
     const Point unit{(b[0] - a[0]) / length, (b[1] - a[1]) / length};
     const double distance = cross(a, unit);
-    if (distance == 0) continue;  // the edge points at the axis: no triangle
+    if (distance == 0) continue;  // the edge points at the axis and forms no triangle
     const double side = distance < 0 ? -sense : sense;
     const double from = a[0] * unit[0] + a[1] * unit[1], to = b[0] * unit[0] + b[1] * unit[1];
     result->push_back({std::abs(distance), std::abs(to), to < 0 ? -side : side});
@@ -50,10 +50,10 @@ void add_half_edges(const Outline& v, double sense, std::vector<HalfEdge>* resul
   }
 }
 
-// Density of rho^2 over a polygon is half the angle of the circle rho inside it. It has a square root's
-// branch point where the circle touches an edge and a kink where it passes a corner. So: Gauss-Legendre
-// between those radii, in the root of rho^2 from the branch point, on pieces not longer than a few times the
-// distance to the next branch point below.
+// The density of rho^2 over a polygon is half the angle of the circle of radius rho inside it. It has a
+// square-root branch point where the circle touches an edge and a kink where the circle passes a corner. So
+// we use Gauss-Legendre between those radii, in the root of rho^2 measured from the branch point. A piece is
+// at most a few times as long as the distance to the next branch point below.
 std::vector<RadialNode> nodes_inside(const std::vector<Outline>& outlines, int n) {
   const double area = signed_area(outlines);
   std::vector<HalfEdge> edges;
@@ -67,8 +67,8 @@ std::vector<RadialNode> nodes_inside(const std::vector<Outline>& outlines, int n
     breaks.push_back(foot2 + e.along * e.along);
     largest = std::max(largest, breaks.back());
   }
-  // Radii that rounding alone tells apart, e.g. of a regular polygon, are one; so are the feet and corners of
-  // the chords of a circle.
+  // Radii that differ only by rounding, e.g. those of a regular polygon, are merged. So are the feet and
+  // corners of the chords of a circle.
   constexpr std::size_t kMany = 600;
   const double apart = edges.size() > kMany ? 1e-5 : 1e-13;
   const auto merge = [&](std::vector<double>& list) {
@@ -84,7 +84,7 @@ std::vector<RadialNode> nodes_inside(const std::vector<Outline>& outlines, int n
   std::vector<RadialNode> nodes;
   for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
     for (double low = breaks[i]; low < breaks[i + 1];) {
-      // Branch points below this piece; without any but the axis the angle is constant.
+      // Branch points below this piece. If the axis is the only one, the angle is constant.
       auto above = std::upper_bound(branches.begin(), branches.end(), low + 1e-13 * largest);
       const bool at_branch = above - 1 != branches.begin() && std::abs(*(above - 1) - low) < 1e-13 * largest;
       const auto nearest = at_branch ? above - 2 : above - 1;
@@ -96,7 +96,7 @@ std::vector<RadialNode> nodes_inside(const std::vector<Outline>& outlines, int n
         const double rho2 = low + (high - low) * (at_branch ? t * t : t);
         double angle = 0;
         for (const HalfEdge& e : edges) angle += e.angle(rho2);
-        if (angle < 1e-13) continue;  // the circle runs outside; rounding of the signed sum
+        if (angle < 1e-13) continue;  // the circle lies outside; the signed sum is rounding error
         const double width = (high - low) * unit.weights[k] * (at_branch ? 2.0 * t : 1.0);
         nodes.push_back({std::sqrt(rho2), 0.5 * angle * width / std::abs(area)});
       }
@@ -132,7 +132,7 @@ Outline circle_outline(double diameter) {
   return outline;
 }
 
-// All outlines of any shape, counter-clockwise around what is clear.
+// All outlines of any shape, counter-clockwise around clear areas.
 std::vector<Outline> straightened(const Aperture& aperture) {
   if (const auto* circle = std::get_if<CircleAperture>(&aperture)) return {circle_outline(circle->diameter)};
   if (const auto* annulus = std::get_if<AnnulusAperture>(&aperture)) {
@@ -146,7 +146,7 @@ std::vector<Outline> straightened(const Aperture& aperture) {
   return outlines;
 }
 
-// The part of an outline where normal . p <= limit (Sutherland and Hodgman 1974).
+// The part of an outline with normal . p <= limit (Sutherland and Hodgman 1974).
 Outline clipped(const Outline& outline, const Point& normal, double limit) {
   Outline result;
   const auto beyond = [&](const Point& p) { return normal[0] * p[0] + normal[1] * p[1] - limit; };
@@ -205,8 +205,8 @@ std::vector<Outline> aperture_outlines(const Aperture& aperture) {
   return {{{x, -y}, {x, y}, {-x, y}, {-x, -y}}};
 }
 
-// The outlines of what the vane covers, taken the other way round: of holes and of what other vanes cover,
-// too, so that nothing is taken off twice.
+// Each covered part is added with its sense reversed. Parts of holes and of earlier vanes are reversed too,
+// so nothing is subtracted twice.
 SegmentedAperture obstructed(const Aperture& aperture, const std::vector<Vane>& vanes) {
   SegmentedAperture result;
   if (const auto* segmented = std::get_if<SegmentedAperture>(&aperture)) result = *segmented;

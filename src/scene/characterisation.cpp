@@ -14,18 +14,19 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-// Distance from `from` along (cos, sin) to the outermost edge; none where the ray meets no edge.
+// Distance from `from` along (cos, sin) to the outermost edge; empty when the ray meets no edge.
 std::optional<double> rim_distance(const Aperture& aperture, const std::vector<Outline>& outlines,
                                    const Point& from, double cosine, double sine) {
   if (outlines.empty()) return aperture_radius(aperture);
-  constexpr double kCorner = 1e-12;  // of an edge: a ray through a corner is not to slip between two
+  // Fraction of an edge. A ray through a corner must not pass between two edges.
+  constexpr double kCorner = 1e-12;
   std::optional<double> distance;
   for (const Outline& corners : outlines)
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Point &a = corners[i], &b = corners[(i + 1) % corners.size()];
       const double ex = b[0] - a[0], ey = b[1] - a[1], ax = a[0] - from[0], ay = a[1] - from[1];
       const double across = cosine * ey - sine * ex;
-      if (across == 0) continue;  // along the ray: its ends belong to other edges, too
+      if (across == 0) continue;  // the edge is parallel to the ray; neighbouring edges cover its ends
       const double along = (ax * ey - ay * ex) / across, part = (ax * sine - ay * cosine) / across;
       if (along > 0 && part >= -kCorner && part <= 1 + kCorner)
         distance = std::max(distance.value_or(0), along);
@@ -57,8 +58,8 @@ MirrorCharacterisation characterise(const Mirror& mirror, const Aperture& apertu
 
   result.plane_point = result.rim.rowwise().mean();
   const Eigen::Matrix3Xd centred = result.rim.colwise() - result.plane_point;
-  // The direction of least variance; distances are taken anew since the smallest singular value loses digits
-  // to the largest.
+  // The normal is the direction of least variance. The smallest singular value loses digits to the largest,
+  // so we compute the distances directly.
   result.plane_normal = jacobi_right_vectors(centred.transpose()).col(2);
   if (result.plane_normal.z() < 0) result.plane_normal = -result.plane_normal;
   result.plane_residual =

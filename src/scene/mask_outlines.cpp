@@ -9,7 +9,7 @@
 namespace aberfit {
 namespace {
 
-// A place between two pixels that are neighbours along a row or a column, by the first of them.
+// A crossing between two neighbouring pixels of a row or a column, named by the first pixel.
 struct Crossing {
   Eigen::Index row, column;
   bool along_row;
@@ -43,23 +43,23 @@ class Outliner {
  private:
   bool clear(Eigen::Index row, Eigen::Index column) const { return share_(row, column) > 0.5; }
 
-  // Marching squares: lines between the four middles of pixels from (row, column) on, with what is clear on
-  // their left. Two clear pixels that touch at a corner are apart.
+  // Marching squares: lines between the centres of the four pixels from (row, column) on, with the clear area
+  // on their left. Two clear pixels that touch only at a corner stay separate.
   void add_lines(Eigen::Index row, Eigen::Index column) {
     const Crossing low{row, column, true}, high{row + 1, column, true}, left{row, column, false},
         right{row, column + 1, false};
     const bool corner[4] = {clear(row, column), clear(row, column + 1), clear(row + 1, column + 1),
-                            clear(row + 1, column)};  // counter-clockwise, as are the sides that follow them
+                            clear(row + 1, column)};  // counter-clockwise, like the sides below
     const Crossing side[4] = {low, right, high, left};
     for (int k = 0; k < 4; ++k) {
-      if (!corner[k] || corner[(k + 1) % 4]) continue;  // what is clear ends on side k
+      if (!corner[k] || corner[(k + 1) % 4]) continue;  // the clear area ends on side k
       int before = (k + 3) % 4;
       while (corner[before]) before = (before + 3) % 4;
       next_.emplace(side[k], side[before]);
     }
   }
 
-  // The place between the two pixels where the share is one half, from the middle of the mask [m].
+  // Point between two pixels where the transmission is one half, from the centre of the mask [m].
   std::array<double, 2> place(const Crossing& at, double pitch) const {
     const double here = share_(at.row, at.column),
                  there = share_(at.row + (at.along_row ? 0 : 1), at.column + (at.along_row ? 1 : 0));

@@ -33,8 +33,8 @@ PupilSample polar_rule(double inner, double outer, std::int64_t rings, std::int6
   for (Eigen::Index i = 0, k = 0; i < rings; ++i) {
     const double rho = std::sqrt(rule.nodes[i]);
     const double weight = rule.weights[i] / ((outer * outer - inner * inner) * double(spokes));
-    // Turning the rings against each other keeps each ring exact and spares counts of discontinuous functions
-    // the alignment of spokes. Taken modulo a full turn, so that angles keep their last digits.
+    // Rotating the rings against each other keeps each ring exact and avoids aligned spokes, which matter for
+    // discontinuous functions. The turn is reduced modulo a full turn, so angles keep their last digits.
     const double turn = std::remainder(kGoldenAngle * double(i), kTwoPi);
     structure.rho[i] = rho;
     structure.turn[i] = turn;

@@ -7,19 +7,19 @@
 
 namespace aberfit::internal {
 
-/// Signed area (positive where the corners go round counter-clockwise) and centroid of a polygon, about its
-/// first corner, so that one far off loses no digits. None without corners.
+/// Signed area (positive for counter-clockwise corners) and centroid of a polygon; both are zero without
+/// corners. They are computed about the first corner, so a distant polygon loses no digits.
 struct PolygonArea {
   double twice_area = 0;                 ///< [m^2]
   std::array<double, 2> centroid{0, 0};  ///< [m]
 };
 PolygonArea polygon_area(const Outline& vertices);
-/// The sum over outlines, each of which counts with its sense; nothing, about the axis, without any.
+/// The sum over signed outlines; zero area and centroid without outlines.
 PolygonArea area_of(const std::vector<Outline>& outlines);
 
-/// The distance of a point from the nearest edge [m], whichever side it is on.
+/// Distance of a point from the nearest edge [m], on either side of it.
 double distance_to_outline(const Outline& outline, double x, double y);
-/// Whether the outlines go round (x, y), and all edges are at least `margin` [m] away.
+/// Whether the outlines enclose (x, y) and every edge is at least `margin` [m] away.
 bool is_inside(std::span<const Outline> outlines, double x, double y, double margin);
 
 }  // namespace aberfit::internal

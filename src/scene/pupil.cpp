@@ -43,7 +43,7 @@ PupilSample equal_weights(const std::vector<double>& x, const std::vector<double
 
 PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
   if (!(ring.outer > ring.inner)) no_room();
-  // Cells about as long as wide: spokes / rings = mean circumference / radial extent.
+  // Grid cells are about as long as wide: spokes / rings = mean circumference / radial extent.
   const double a = ring.inner, b = ring.outer;
   const double mean_radius = 2.0 / 3.0 * (a * a + a * b + b * b) / (a + b);
   const double aspect = kTwoPi * mean_radius / (b - a);
@@ -85,8 +85,7 @@ PupilSample scattered_pupil(const Aperture& aperture, PupilLayout layout, std::i
     }
     return equal_weights(x, y, layout);
   }
-  // Rejection from the bounding box; the share that fits is at least the share of the area, so a few boxes'
-  // worth is enough.
+  // Rejection from the bounding box. Without a margin, 1.5 times the wanted points over the area are enough.
   const ApertureBox box = bounding_box(aperture);
   const double fill = aperture_area(aperture) / ((box.x1 - box.x0) * (box.y1 - box.y0));
   const double margin = aperture_margin(aperture);
@@ -94,7 +93,7 @@ PupilSample scattered_pupil(const Aperture& aperture, PupilLayout layout, std::i
   for (int round = 0; round < 6 && std::int64_t(x.size()) < rays; ++round) {
     x.clear();
     y.clear();
-    const std::int64_t tries = limit << (2 * round);  // a wide margin leaves little of the area
+    const std::int64_t tries = limit << (2 * round);  // a wide margin leaves only a small part of the area
     const UnitPoints points(layout, seed, tries);
     for (std::int64_t i = 0; i < tries && std::int64_t(x.size()) < rays; ++i) {
       const auto [u, v] = points(i);
@@ -139,16 +138,15 @@ PupilSample grid_pupil(const Aperture& aperture, std::int64_t rays) {
   const double pitch = std::sqrt(aperture_area(aperture) / double(rays));
   const PupilSample grid = grid_of_pitch(aperture, pitch);
   if (aperture_margin(aperture) == 0) return grid;
-  // The margin took its share of the points: a finer grid makes up for it.
+  // The margin removed some points, so we use a finer grid.
   return grid_of_pitch(aperture, pitch * std::sqrt(double(grid.size()) / double(rays)));
 }
 
-// Owen's nested uniform scrambling of a 32-bit fraction: bit k is flipped by a random bit that depends on the
-// k bits above it.
+// Owen's nested uniform scrambling of 32 bits: a random bit that depends on the k bits above flips bit k.
 std::uint32_t owen_scramble(std::uint32_t value, std::uint64_t key) {
   std::uint32_t result = 0;
   for (int k = 0; k < 32; ++k) {
-    const std::uint64_t prefix = (std::uint64_t(1) << k) | (k == 0 ? 0 : value >> (32 - k));  // length-tagged
+    const std::uint64_t prefix = (std::uint64_t(1) << k) | (k == 0 ? 0 : value >> (32 - k));  // marks length
     std::uint64_t hash = key + prefix * 0x9e3779b97f4a7c15ull;  // splitmix64 finaliser
     hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9ull;
     hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebull;
@@ -169,7 +167,7 @@ Eigen::Array2Xd scrambled_sobol(std::int64_t count, std::uint64_t seed) {
     for (std::uint64_t bits = std::uint64_t(i); bits != 0; bits >>= 1) {
       if (bits & 1u) x ^= direction_x, y ^= direction_y;
       direction_x >>= 1;                // van der Corput
-      direction_y ^= direction_y >> 1;  // Sobol's second dimension: the Pascal matrix modulo 2
+      direction_y ^= direction_y >> 1;  // second Sobol dimension: the Pascal matrix modulo 2
     }
     points(0, i) = (double(owen_scramble(x, key_x)) + 0.5) * 0x1p-32;
     points(1, i) = (double(owen_scramble(y, key_y)) + 0.5) * 0x1p-32;

@@ -14,7 +14,7 @@ using namespace internal;
 
 namespace {
 
-// The least number of equal angles above `degree` that a transform likes.
+// The smallest number of equal angles above `degree` for which Fourier transforms are fast.
 std::int64_t spokes_above(int degree) {
   std::int64_t spokes = degree + 1;
   while (nearest_smooth(spokes) != spokes) ++spokes;
@@ -51,10 +51,10 @@ Eigen::Index edges_of(const std::vector<Outline>& outlines) {
   return Eigen::Index(edges);
 }
 
-// Triangles from the centroid of each outline to its edges, with the sign of their areas.
+// Signed triangles between the centroid of each outline and its edges.
 PupilSample fan(const std::vector<Outline>& outlines, int degree) {
   const double twice_area = area_of(outlines).twice_area;
-  // The square's u runs from the centre to the edge and brings a factor u, hence one degree more.
+  // The coordinate u of the square runs from the centroid outwards. Its factor u needs one degree more.
   const Quadrature outwards = gauss_legendre((degree + 1) / 2 + 1, 0, 1),
                    along = gauss_legendre(degree / 2 + 1, 0, 1);
   PupilSample pupil;

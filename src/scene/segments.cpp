@@ -25,8 +25,8 @@ Segments::Segments(const SegmentedAperture& aperture)
       if (internal::is_inside({segment.clear.data(), 1}, x, y, 0)) return &segment;
     return nullptr;
   };
-  // Two vanes that cross both take off what they share, so an outline adds it again. It comes after its
-  // segment.
+  // Where two vanes cross, both subtract their common area, and an extra outline adds it back. That outline
+  // comes after its segment in the list.
   for (const Measured& one : outlines) {
     if (Segment* const segment = holder(one)) {
       segment->clear.push_back(*one.outline);

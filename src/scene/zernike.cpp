@@ -11,8 +11,7 @@ void require_index(int j, int first, const char* scheme) {
   if (j < first) throw std::invalid_argument(fmt::format("{} index {}: starts at {}", scheme, j, first));
 }
 
-/// Largest r with r (r + 1) / 2 <= j: the row of entry j (from 0) of a triangle. Corrected in integers, the
-/// root alone rounds.
+/// Largest r with r (r + 1) / 2 <= j: the row of entry j of a triangle. Integers correct the rounded root.
 int triangle_row(long long j) {
   auto row = static_cast<long long>((std::sqrt(8.0 * double(j) + 1.0) - 1.0) / 2.0);
   while (row * (row + 1) / 2 > j) --row;
@@ -40,7 +39,7 @@ int noll_index(ZernikeMode mode) {
   require_zernike_mode(mode);
   const int before = mode.n * (mode.n + 1) / 2, m = std::abs(mode.m);
   if (m == 0) return before + 1;
-  // The pair +-m stands at m and m + 1 within its row; parity says which is the cosine.
+  // The modes +-m have the places m and m + 1 in their row. Even indices are cosines.
   const bool first_is_even = (before + m) % 2 == 0;
   return before + m + (first_is_even == (mode.m > 0) ? 0 : 1);
 }

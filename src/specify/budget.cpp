@@ -12,10 +12,10 @@
 namespace aberfit {
 namespace {
 
-// The percent as in target.statistics: no zeros in front or behind.
+// Percentage as in target.statistics, without leading or trailing zeros.
 constexpr const char* kPercent =
     R"((0\.(?:0[0-9]{0,2}[1-9]|[0-9]{0,3}[1-9])|[1-9][0-9]?(?:\.[0-9]{0,3}[1-9])?))";
-// A plane as results write it, with its unit.
+// A plane with its unit, as results write it.
 constexpr const char* kPlane = R"((?:@([-+]?[0-9.]+ ?(?:nm|um|mm|cm|m)))?)";
 constexpr const char* kLengthOfKey = R"(([0-9.]+ ?(?:nm|um|mm|cm|m)))";
 constexpr const char* kFrequencyOfKey = R"(([0-9.]+ ?/(?:um|mm|cm|m)))";
@@ -45,7 +45,7 @@ void set_band(const std::smatch& part, Budget* budget) {
   budget->of_surface = band;
 }
 
-// A kind of key, and what a key of it means.
+// A kind of key and the function that applies it.
 struct Kind {
   BudgetKey key;
   void (*set)(const std::smatch& part, Budget* budget);
@@ -129,7 +129,6 @@ void set_meaning(Budget* budget) {
                   budget->key, samples));
 }
 
-// What may stand in a bound.
 enum class Bounded { kHeight, kWidth, kAngle, kShare, kSlope, kDifference, kPerSteradian };
 
 Bounded bounded_by(const Budget& budget) {
@@ -159,7 +158,7 @@ void set_limit(const std::string& quantity, Dimension dimension, Budget* budget)
   budget->unit_size = unit_factor(budget->unit, dimension);
 }
 
-// Of one of two dimensions: an angle where it is no quantity of the first.
+// Sets a limit of the first dimension, or an angle if the quantity is not of the first dimension.
 void set_limit_or_angle(const std::string& quantity, Dimension first, Budget* budget) {
   try {
     return set_limit(quantity, first, budget);
@@ -174,7 +173,7 @@ void set_limit_or_angle(const std::string& quantity, Dimension first, Budget* bu
   }
 }
 
-// "lambda/20", "0.05 waves".
+// Accepts "lambda/20" and "0.05 waves".
 bool set_wavelengths(const std::string& quantity, Budget* budget) {
   static const std::regex parts(R"((?:lambda|λ|waves?) ?/ ?([0-9.eE+-]+))");
   static const std::regex waves(R"(([0-9.eE+-]+) ?(?:lambda|λ|waves?))");
@@ -224,7 +223,7 @@ void set_per_steradian(const std::string& quantity, Budget* budget) {
 }
 
 void set_bound(const std::string& typed, Budget* budget) {
-  // A height is an RMS, whether it is said or not.
+  // A height is an RMS value with or without the word.
   static const std::regex root_mean_square(R"((.*\S) (?:RMS|rms))");
   const Bounded what = bounded_by(*budget);
   std::smatch part;

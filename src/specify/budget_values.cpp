@@ -14,7 +14,7 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kNoRoughness = 1e-9;  // of the heights: scatters 1e-18 of the light
+constexpr double kNoRoughness = 1e-9;  // fraction of the heights; scatters 1e-18 of the energy
 
 bool is_statistic(const Budget& budget) { return !budget.of_light && !budget.of_surface; }
 
@@ -47,7 +47,7 @@ BudgetValues::BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown
     if (budget.of_light) of_light.push_back(*budget.of_light);
   }
   if (!of_light.empty() && in_light()) light_.emplace(std::move(of_light), *pupil_);
-  // What only most of the mirrors are no worse than has differences alone.
+  // With a confidence, all derivatives are differences.
   for (std::size_t u = 0; u < unknowns.size(); ++u)
     variables_.push_back(confidence > 0 ? std::nullopt : exact_variable(task_at, unknowns, u));
 }
@@ -82,7 +82,7 @@ Eigen::VectorXd BudgetValues::in_order(const Eigen::VectorXd& statistics, const 
   return values;
 }
 
-// As make_targets does it; moments of the surface are the same by either theory and need no light.
+// As in make_targets. Moments of the surface are the same in both theories and need no diffraction.
 Eigen::ArrayXd BudgetValues::predict(const Task& task, double height_factor) const {
   ++evaluations_;
   const RadialPsd specified(*task.psd);
@@ -90,7 +90,7 @@ Eigen::ArrayXd BudgetValues::predict(const Task& task, double height_factor) con
   if (in_light()) {
     const GeneralisedHarveyShack mean(psd, *pupil_);
     Eigen::VectorXd found = mean.predict(statistics_);
-    // Of statistics alone, see solve_specification.
+    // Applies to statistics only, see solve_specification.
     if (confidence_ > 0 && height_factor == 1)
       found = held_by(confidence_, {psd, *pupil_, mean, budgets_}, found);
     return in_order(found, light_ ? (*light_)(mean) : Eigen::VectorXd(), psd);
@@ -116,7 +116,7 @@ PsdJacobian BudgetValues::geometric_jacobian(const Task& task,
   result.parameter_values.resize(Eigen::Index(variables.size()));
   for (std::size_t u = 0; u < variables.size(); ++u)
     result.parameter_values[Eigen::Index(u)] = value_of(*task.psd, variables[u]);
-  if (wanted.empty()) {  // numbers of the surface, which need no rays
+  if (wanted.empty()) {  // only quantities of the surface, which need no rays
     result.derivatives.resize(0, result.parameter_values.size());
     return result;
   }
@@ -195,7 +195,7 @@ BudgetValues::WithSlopes BudgetValues::with_slopes(const std::vector<double>& lo
   return result;
 }
 
-// One-sided, with half of the digits, at the end of what is allowed.
+// One-sided difference, with half of the digits, at the end of the allowed range.
 Eigen::ArrayXd BudgetValues::difference(const std::vector<double>& logs, std::size_t unknown,
                                         const Eigen::ArrayXd& here) const {
   const auto moved = [&](double by, double* step) -> Eigen::ArrayXd {

@@ -16,14 +16,13 @@
 namespace aberfit {
 namespace {
 
-constexpr double kDefaultLowest = 1, kDefaultHighest = 1000;  // cycles across
-// Heights of g = 4 pi sigma/lambda from a hundredth to a hundred. Two roots within a factor are one: what
-// is wanted is the first.
+constexpr double kDefaultLowest = 1, kDefaultHighest = 1000;  // cycles across the aperture
+// Heights with g = 4 pi sigma/lambda from 0.01 to 100. Only the first root is needed, so the step is coarse.
 constexpr SolveOptions kHeights{.step = 2, .decades = 2};
-constexpr int kMostBelow = 2;  // further such ranges
+constexpr int kMostBelow = 2;  // further ranges below it
 constexpr double kPerMillimetre = 1000;
 
-// The height where the budgets end to hold, of a PSD that has one number, its height.
+// Limiting height of a PSD with a single parameter, its height.
 struct Ceiling {
   double rms = kInfinity;
   std::size_t binding = 0;
@@ -41,7 +40,7 @@ Ceiling ceiling_of(const Task& task, const std::vector<Budget>& budgets,
   SolveUnknown height{"/roughness/psd/rms", task.wavelength / (4 * kPi), Dimension::kLength};
   Ceiling ceiling;
   ceiling.found = solve_specification(task_at, {height}, budgets, kHeights, {});
-  // What the perfect mirror meets is met by some height, be it the ten-thousandth.
+  // If the perfect mirror meets all budgets, a sufficiently small height does as well.
   const auto perfect_holds = [&] {
     return std::all_of(ceiling.found.perfect.begin(), ceiling.found.perfect.end(),
                        [](const BudgetState& state) { return state.margin > 0; });
@@ -62,7 +61,7 @@ Ceiling ceiling_of(const Task& task, const std::vector<Budget>& budgets,
   return ceiling;
 }
 
-// S2 at 1 cycle/m of the surface whose profiles have f^-B: Abel's relation, PHYSICS 3.
+// Returns S2 at 1 cycle/m of the surface whose profiles have f^-B (Abel's relation, PHYSICS 3).
 double surface_of_line(double exponent) { return k_correlation_1d_to_2d({1, 1, exponent}).amplitude; }
 
 class Finder {
@@ -113,7 +112,6 @@ class Finder {
   const Ceilings& band_;
 };
 
-// The band, and the middles of its octaves.
 void lay_out_band(const Task& task, const CeilingsSpec& asked, Ceilings* ceilings) {
   ceilings->across = 2 * aperture_radius(task.aperture);
   ceilings->f_min = asked.f_min.value_or(kDefaultLowest / ceilings->across);

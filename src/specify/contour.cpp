@@ -9,15 +9,15 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kLongest = 0.35, kShortest = 2e-3, kFirst = 0.15;  // arc [ln]
-constexpr double kStraight = 0.5;  // turn over a step from which it is rather a kink [rad]
+constexpr double kLongest = 0.35, kShortest = 2e-3, kFirst = 0.15;  // arc length [ln]
+constexpr double kStraight = 0.5;  // a larger turn over a step is a kink rather than a bend [rad]
 constexpr int kMostCorrections = 8, kEasy = 3;
-constexpr double kLastStep = 3e-5;  // of Newton's method, whose next one would be its square [ln]
+constexpr double kLastStep = 3e-5;  // of Newton's method; the next step would be its square [ln]
 constexpr std::size_t kMostPoints = 400;
 
 using Place = Eigen::Vector2d;  // ln(unknown/start)
 
-// A place with the excess of the budget that binds there and its gradient.
+// The excess of the binding budget at a place, and its gradient.
 struct Slope {
   double excess = 0;
   Place gradient = Place::Zero();
@@ -28,22 +28,22 @@ Slope slope_at(const BudgetValues& budgets, const Place& place) {
   return {excess, gradient};
 }
 
-// Along the curve, across the gradient, the way that `along` goes.
+// Returns the tangent of the curve, perpendicular to the gradient, in the direction of `along`.
 Place tangent_of(const Place& gradient, const Place& along) {
   const Place tangent = Place(-gradient[1], gradient[0]).normalized();
   return tangent.dot(along) < 0 ? Place(-tangent) : tangent;
 }
 
-// Where a step across ended on the curve.
+// A point on the curve, where a corrector step ended.
 struct Reached {
   Place place;
   BudgetValues::WithSlopes values;
-  Place gradient;  // of the last step but one: of the curve to within that step
+  Place gradient;  // at the last step but one; that of the curve to within that step
   int corrections = 0;
 };
 
-// From `guess` along `across` to the curve by Newton's method. The gradient says where it will end: that
-// place is looked at without one. Empty where it is further than `reach`.
+// Moves from `guess` in the direction `across` to the curve by Newton's method. The last step is predicted by
+// the gradient and evaluated without a new one. Empty if it is further than `reach`.
 std::optional<Reached> corrected(const BudgetValues& budgets, const Place& guess, const Place& across,
                                  double reach) {
   Reached at{guess, {}, Place::Zero(), 0};
@@ -69,8 +69,7 @@ struct Arm {
   std::string end;
 };
 
-// The curve from `start` one way: tangents with the curvature of the last step predict, a step across them
-// corrects.
+// Follows the curve from `start` one way: tangents with curvature predict, and a step across them corrects.
 Arm follow(const BudgetValues& budgets, const Place& start, Place along, double box) {
   Arm arm;
   Place here = start, bend = Place::Zero();  // d(along)/d(arc)
@@ -80,7 +79,7 @@ Arm follow(const BudgetValues& budgets, const Place& start, Place along, double 
     Place guess = here + arc * along + 0.5 * arc * arc * bend;
     Place across = Place(-(along + arc * bend)[1], (along + arc * bend)[0]).normalized();
     const bool leaves = guess.cwiseAbs().maxCoeff() > box;
-    if (leaves) {  // to the edge of the box, and along that
+    if (leaves) {  // to the edge of the box, and along that edge
       const int wall = std::abs(guess[0]) > std::abs(guess[1]) ? 0 : 1;
       const double edge = std::copysign(box, guess[wall]);
       guess = here + (guess - here) * (edge - here[wall]) / (guess[wall] - here[wall]);
@@ -98,7 +97,7 @@ Arm follow(const BudgetValues& budgets, const Place& start, Place along, double 
     }
     if (!next || (next->place - here).dot(along) <= 0) {
       arc *= 0.5;
-      bend.setZero();  // at a kink, where another budget begins to bind, it says nothing
+      bend.setZero();  // at a kink, where another budget starts to bind, the curvature is meaningless
       continue;
     }
     arm.points.push_back(budgets.point({next->place[0], next->place[1]}, next->values));
@@ -131,7 +130,7 @@ Contour trace_contour(const BudgetValues& budgets, const std::array<double, 2>& 
   contour.points.push_back(budgets.point({first[0], first[1]}, false));
   contour.points.insert(contour.points.end(), arms[0].points.begin(), arms[0].points.end());
   contour.ends = {arms[1].end, arms[0].end};
-  // From small to large values of the second unknown, as a table is read.
+  // The second unknown ascends, as in a table.
   if (contour.points.front().at[1] > contour.points.back().at[1]) {
     std::reverse(contour.points.begin(), contour.points.end());
     std::swap(contour.ends[0], contour.ends[1]);

@@ -15,18 +15,18 @@ using namespace internal;
 
 namespace {
 
-// Of Kolmogorov's phase PSD r0^(-5/3) f^(-11/3): Gamma(11/6)^2/(2 pi^(11/3)) (24/5 Gamma(6/5))^(5/6).
+// For Kolmogorov's phase PSD r0^(-5/3) f^(-11/3): Gamma(11/6)^2/(2 pi^(11/3)) (24/5 Gamma(6/5))^(5/6).
 double kolmogorov_constant() {
   return std::pow(std::tgamma(11.0 / 6), 2) / (2 * std::pow(kPi, 11.0 / 3)) *
          std::pow(4.8 * std::tgamma(1.2), 5.0 / 6);
 }
-constexpr double kFinestTurbulence = 1e4;  // over r0
-constexpr double kNormal = 1e-12;          // incidence: (1 - cos)/(1 + cos)
-constexpr double kOfDirections = 1e-6;     // error of the mean over directions of inclined beams
+constexpr double kFinestTurbulence = 1e4;  // in units of 1/r0
+constexpr double kNormal = 1e-12;          // limit of (1 - cos)/(1 + cos) for normal incidence
+constexpr double kOfDirections = 1e-6;     // error of the mean over directions for inclined beams
 constexpr int kFewest = 4, kMost = 64;     // directions in a quarter turn
-constexpr double kTilting = 100;           // correlation length of jitter, apertures
+constexpr double kTilting = 100;           // correlation length of jitter over the aperture
 
-// S'(f) = heights^2 S(f/frequencies)/frequencies^2: the variance, but for the heights, stays.
+// S'(f) = heights^2 S(f/frequencies)/frequencies^2. Apart from the heights, the variance stays.
 struct Scaled {
   double heights = 1, frequencies = 1;
 
@@ -72,10 +72,10 @@ double across(const Task& task) { return 2 * aperture_radius(task.aperture); }
 
 }  // namespace
 
-// With c = cos(incidence), a beam of coordinates x (along the plane of incidence) and y meets the surface at
-// (x/c, y) and sees c h there, whose PSD is c^3 S(|(c f cos t, f sin t)|) in the direction t. Its mean over
-// directions is a sum of the surface's own PSD with frequencies scaled by 1/hypot(c cos t, sin t): midpoints
-// of a quarter turn, of which the error falls as ((1 - c)/(1 + c))^(2 directions).
+// With c = cos(incidence), a beam with coordinates x (along the plane of incidence) and y meets the surface
+// at (x/c, y) with the effective height c h, whose PSD is c^3 S(|(c f cos t, f sin t)|) in the direction t.
+// The mean over directions is a sum of PSDs with frequencies scaled by 1/hypot(c cos t, sin t), at midpoints
+// of a quarter turn; the error falls as ((1 - c)/(1 + c))^(2 directions).
 PsdModel in_pupil(const OtherSurface& surface) {
   const double cosine = std::cos(surface.incidence), halved = surface.is_wavefront ? 0.5 : 1;
   const double base = (1 - cosine) / (1 + cosine);

@@ -9,7 +9,7 @@
 namespace aberfit::internal {
 namespace {
 
-// The correlation length of a k-correlation is B/(2 pi): in logarithms the same.
+// The correlation length of a k-correlation is B/(2 pi), which has the same logarithmic derivative.
 PsdVariable variable_at(const PsdModel& model, const std::string& pointer) {
   const std::string length = "/correlation_length";
   try {
@@ -31,7 +31,7 @@ std::vector<double> values_at(const std::vector<SolveUnknown>& unknowns, const s
 
 std::optional<PsdVariable> exact_variable(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
                                           std::size_t unknown) {
-  constexpr double kSamePsd = 1e-9;  // of S
+  constexpr double kSamePsd = 1e-9;  // relative, of S
   const std::string root = "/roughness/psd", &pointer = unknowns[unknown].pointer;
   if (pointer.rfind(root, 0) != 0) return std::nullopt;
   std::vector<double> logs(unknowns.size(), 0.0);
@@ -48,7 +48,7 @@ std::optional<PsdVariable> exact_variable(const TaskAt& task_at, const std::vect
     }
     return variable;
   } catch (const std::invalid_argument&) {
-  } catch (const InputError&) {  // at the end of what is allowed
+  } catch (const InputError&) {  // at the end of the allowed range
   }
   return std::nullopt;
 }

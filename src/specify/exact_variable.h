@@ -8,16 +8,15 @@
 
 namespace aberfit::internal {
 
-/// The number of the PSD's model that an unknown of a study is, so that its derivatives are exact. A study
-/// may mean another one by the same word: a step of the unknown has to be the same PSD as that step of the
-/// number, else nothing.
+/// Returns the parameter of the PSD model that equals an unknown of a study, for exact derivatives. Empty
+/// unless a step of both gives the same PSD, because a study may use the same word for another quantity.
 std::optional<PsdVariable> exact_variable(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
                                           std::size_t unknown);
 
-/// Each unknown's start times exp(log).
+/// Returns start times exp(log) of each unknown.
 std::vector<double> values_at(const std::vector<SolveUnknown>& unknowns, const std::vector<double>& logs);
 
-/// Step of ln(unknown) of differences.
+/// Step of ln(unknown) in differences.
 inline constexpr double kDifference = 1e-3;
 
 }  // namespace aberfit::internal

@@ -14,16 +14,17 @@ namespace aberfit::internal {
 namespace {
 
 constexpr int kOffsets = 4;      // Gauss nodes over half of a pixel
-constexpr int kDirections = 64;  // along a circle
+constexpr int kDirections = 64;  // points along a circle
 constexpr int kOfSide = 4;       // Gauss nodes along the side of a pixel
-constexpr int kOfNearSide = 12;  // of one that the angle runs fast along
-constexpr double kNear = 3;      // sides from the centre
+constexpr int kOfNearSide = 12;  // for a side near the centre, along which the angle varies fast
+constexpr double kNear = 3;      // distance from the centre in pixel sides
 constexpr double kRingGrowth = 0.125;
-constexpr double kEachPixel = 3;    // outer radius of rings whose pixels are data of their own [pixels]
+// Largest outer radius of rings in which each pixel is a separate datum [pixels].
+constexpr double kEachPixel = 3;
 constexpr double kLeastWindow = 3;  // pixels
 
-// Collects weights of E at any radius as weights at even steps, by polynomials of fifth degree. E is even in
-// the radius, so that they go on through the centre.
+// Converts weights of E at any radius to weights at even steps by polynomials of fifth degree. E is even in
+// the radius, so that the interpolation continues through the centre.
 class EnergyNodes {
  public:
   explicit EnergyNodes(double step) : step_(step) {}
@@ -40,7 +41,7 @@ class EnergyNodes {
     }
   }
   void write(FocalBins* bins, Eigen::Index data) {
-    sums_.erase(0);  // no light at the centre itself
+    sums_.erase(0);  // E is 0 at the centre
     bins->nodes.resize(Eigen::Index(sums_.size()));
     bins->weights.setZero(data, bins->nodes.size());
     Eigen::Index node = 0;
@@ -56,10 +57,10 @@ class EnergyNodes {
   std::map<long, std::map<Eigen::Index, double>> sums_;
 };
 
-// Of E: ten in a period of its finest ripple, no more than a pixel can tell.
+// Step of E: ten per period of its finest ripple, but not finer than a pixel resolves.
 double step_of(double pixel, double resolution) { return std::max(resolution / 10, pixel / 16); }
 
-// Which ring each pixel belongs to, -1 none.
+// Ring of each pixel, -1 for none.
 struct RingOfPixel {
   Eigen::ArrayXXi ring;
   std::vector<double> edges;  // outer radii [pixels]
@@ -81,7 +82,7 @@ RingOfPixel rings_about(const Grid& light, double x, double y, double reach) {
   return result;
 }
 
-// The turn about the origin along one straight side.
+// Adds the angle about the origin along one straight side.
 void add_side(EnergyNodes* nodes, int left, int right, double x0, double y0, double x1, double y1,
               double pixel) {
   const double middle = std::hypot(0.5 * (x0 + x1), 0.5 * (y0 + y1));
@@ -115,9 +116,8 @@ std::vector<double> values_at_rim(const Grid& light) {
 
 }  // namespace
 
-// Centroid under a Gaussian window that follows it: no bias for symmetric light, and little noise of what is
-// far out. The window is as wide as the light at half of its peak, and so wide that the lattice of the pixels
-// does not show, however fine the light is.
+// Centroid under a Gaussian window that follows it: unbiased for a symmetric spot and insensitive to noise
+// far out. The window is as wide as the spot at half maximum, but wide enough to hide the pixel grid.
 PixelPlace centre_of(const FocalImage& image) {
   const Grid& light = image.light;
   const std::vector<double> rim = values_at_rim(light);
@@ -146,7 +146,7 @@ PixelPlace centre_of(const FocalImage& image) {
         weights += weight, sum_x += weight * dx, sum_y += weight * dy;
       }
     if (!(weights > 0)) break;
-    // The whole way for light much finer than the window, half of it for light as wide: it converges.
+    // A full step is right for a spot much finer than the window, half of it for one as wide; both converge.
     const double step_x = sum_x / weights, step_y = sum_y / weights;
     x += step_x, y += step_y;
     if (std::hypot(step_x, step_y) < 1e-5) break;
@@ -167,8 +167,8 @@ FocalBins circles_of(const EncircledCurve& curve, double pixel, double resolutio
     bins.weights.setIdentity(count, count);
     return bins;
   }
-  // Pixels with their centres within r, wherever their lattice lies: on average the light within the circle
-  // moved by any point of a pixel.
+  // Counts pixels with their centres within r for any position of the pixel grid. On average this is the
+  // energy within the circle, shifted by all points of a pixel.
   EnergyNodes nodes(step_of(pixel, resolution));
   const Quadrature offsets = gauss_legendre(kOffsets, 0, 0.5 * pixel);
   for (Eigen::Index k = 0; k < count; ++k)
@@ -195,7 +195,7 @@ FocalBins rings_of(const FocalImage& image, double pixel, double resolution, dou
       {centre.x, centre.y, double(light.cols() - 1) - centre.x, double(light.rows() - 1) - centre.y});
   const RingOfPixel rings = rings_about(light, centre.x, centre.y, std::min(within, reach / pixel));
   bins.edges = pixel * Eigen::Map<const Eigen::ArrayXd>(rings.edges.data(), Eigen::Index(rings.edges.size()));
-  // Each datum, in the order of rings.
+  // Index of the datum of each pixel, in the order of rings.
   Eigen::ArrayXXi datum = Eigen::ArrayXXi::Constant(light.rows(), light.cols(), -1);
   std::vector<double> sums, counts, radii;
   for (int ring = 0; ring < int(rings.edges.size()); ++ring) {
@@ -212,7 +212,7 @@ FocalBins rings_of(const FocalImage& image, double pixel, double resolution, dou
         datum(row, column) = int(sums.size()) - 1;
         sums.back() += light(row, column);
         counts.back() += 1;
-        // Root mean square over the pixel, above zero for the one that holds the centre.
+        // Root-mean-square radius over the pixel, positive for the one that holds the centre.
         const double x = double(column) - centre.x, y = double(row) - centre.y;
         radii.back() += pixel * std::sqrt(x * x + y * y + 1.0 / 6);
       }
@@ -234,7 +234,7 @@ FocalBins rings_of(const FocalImage& image, double pixel, double resolution, dou
       const double left = double(column) - 0.5 - light_centre.x, low = double(row) - 0.5 - light_centre.y;
       const int here = datum_at(row, column), below = datum_at(row - 1, column),
                 before = datum_at(row, column - 1);
-      // Along x the pixel above is on the left hand; along y the one before.
+      // Along x the pixel above is on the left; along y the previous pixel.
       if (here != below) add_side(&nodes, here, below, left, low, left + 1, low, pixel);
       if (here != before) add_side(&nodes, before, here, left, low, left, low + 1, pixel);
     }

@@ -14,8 +14,8 @@
 
 namespace aberfit::internal {
 
-/// Light in circles or rings [of 1 in all] as a function of the natural logarithms of the unknowns over their
-/// starts. Refers to its arguments, which must outlive it.
+/// Energy in circles or rings [total 1] as a function of the natural logarithms of the unknowns over their
+/// starts. The arguments must outlive the object.
 class FocusModelLight {
  public:
   FocusModelLight(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns, const FocalBins& bins,
@@ -26,8 +26,8 @@ class FocusModelLight {
     for (const double radius : bins.nodes) statistics_.push_back(RingThrough{radius, dz});
   }
 
-  /// light: one entry a bin; slopes, when given: its derivatives over the logarithms. False where the values
-  /// are not allowed or have no prediction.
+  /// Computes the energy in each bin and, if `slopes` is given, its derivatives over the logarithms. Returns
+  /// false if the values are not allowed or have no prediction.
   bool at(const std::vector<double>& logs, Eigen::VectorXd* light, Eigen::MatrixXd* slopes) const {
     try {
       if (slopes)
@@ -80,14 +80,13 @@ inline std::vector<double> logs_of(const Eigen::VectorXd& x, std::size_t count) 
   return {x.data(), x.data() + count};
 }
 
-/// A point of the problem and how far the data are from it there.
 struct FocusProblemStart {
   Eigen::VectorXd x;
   double sum_of_squares = 0;
 };
 
-/// The whole problem: logarithms of the unknowns, then the factor of all light and the background, where they
-/// are unknown. Whitened by the covariance of the data. Refers to its arguments, which must outlive it.
+/// The complete problem, whitened by the covariance of the data. Parameters are the logarithms of the
+/// unknowns, then total energy and background if unknown. The arguments must outlive the object.
 class FocusProblem {
  public:
   FocusProblem(const FocusModelLight& model, const FocalBins& bins, const MeasuredFocus& focus,
@@ -97,8 +96,8 @@ class FocusProblem {
     has_background_ = bins.are_rings && focus.has_background;
   }
 
-  /// Data that depend on each other to rounding are taken for a little independent. Throws ComputationError
-  /// where even that leaves no covariance.
+  /// Sets the covariance. If it is singular to rounding, its diagonal is raised slightly. Throws
+  /// ComputationError if it is still not positive definite.
   void set_covariance(const Eigen::MatrixXd& covariance) {
     whitening_ = covariance.llt();
     for (double floor = 1e-12; whitening_.info() != Eigen::Success && floor < 1; floor *= 100) {
@@ -135,7 +134,7 @@ class FocusProblem {
     return whitening_.matrixL().solve(columns);
   }
 
-  /// x at these unknowns with the best of the others; nothing where there is no prediction.
+  /// Returns the best total and background for these unknowns; nothing if there is no prediction.
   std::optional<FocusProblemStart> start(const std::vector<double>& logs) const {
     Eigen::VectorXd light;
     if (!model_.at(logs, &light, nullptr)) return std::nullopt;

@@ -12,9 +12,9 @@
 namespace aberfit::internal {
 namespace {
 
-// Radii over that of the mean light at which the spread of light is asked for; straight lines between.
+// Radii relative to the mean radius at which the spread is evaluated; linear in between.
 constexpr std::array kRadii = {1.0, 1.05, 1.12, 1.25, 1.45, 1.8, 2.4, 3.5};
-constexpr double kRoot = 1e-10;  // of the radius
+constexpr double kRoot = 1e-10;  // relative, of the radius
 
 double between(const Eigen::ArrayXd& sigma, double factor) {
   std::size_t k = 1;
@@ -23,11 +23,12 @@ double between(const Eigen::ArrayXd& sigma, double factor) {
   return (1 - t) * sigma[Eigen::Index(k) - 1] + t * sigma[Eigen::Index(k)];
 }
 
-// The radius where the mean light, `deviations` standard deviations less (at_most) or more, is the fraction.
+// Radius where the mean encircled energy less (at_most) or plus `deviations` standard deviations is the
+// fraction.
 double radius_held(const MeanSpot& spot, const EncircledEnergyRadius& energy, double mean_radius,
                    const Eigen::ArrayXd& sigma, double deviations, bool at_most) {
   const double way = at_most ? 1 : -1;
-  const auto missing = [&](double log) {  // rises with the radius away from the mean's
+  const auto missing = [&](double log) {  // increases with the distance from the mean radius
     const double factor = std::exp(log), radius = mean_radius * (at_most ? factor : 1 / factor);
     return way * (spot.encircled_energy(radius) - energy.fraction) - deviations * between(sigma, factor);
   };
@@ -35,7 +36,7 @@ double radius_held(const MeanSpot& spot, const EncircledEnergyRadius& energy, do
   const double at_mean = missing(0), far = missing(furthest);
   if (!(at_mean < 0)) return mean_radius;
   if (!(far > 0)) return at_most ? kInfinity : mean_radius / kRadii.back();
-  // From 1 on, so that a tolerance relative to it is one of the radius.
+  // The root is sought in t = 1 + log, so that a relative tolerance applies to the radius.
   const double log =
       root_between([&](double t) { return missing(t - 1); }, 1, 1 + furthest, at_mean, far, kRoot) - 1;
   return mean_radius * std::exp(way * log);

@@ -13,7 +13,7 @@ double half_structure(const RadialPsd& psd, const HeightDifference& difference) 
   return structure_function(psd, Eigen::ArrayXd::Constant(1, difference.separation))[0];
 }
 
-// d ln(sqrt(square))/dp.
+// Returns d ln(sqrt(square))/dp.
 double of_root(double change, double square) {
   return square > 0 && std::isfinite(square) ? change / (2 * square) : kNaN;
 }
@@ -24,7 +24,7 @@ double of_surface(const OfSurface& what, const RadialPsd& psd) {
   return std::visit(
       Overloaded{
           [&](const HeightInBand& band) { return std::sqrt(radial_moment(psd, 0, band.f_min, band.f_max)); },
-          // Half of (2 pi f)^2: one axis.
+          // Half of (2 pi f)^2 for one axis.
           [&](const SlopeInBand& band) {
             return 2 * kPi * std::sqrt(0.5 * radial_moment(psd, 2, band.f_min, band.f_max));
           },

@@ -29,18 +29,19 @@ using namespace internal;
 
 namespace {
 
-constexpr double kFurthest = 1000, kFurthestNumber = 10;  // factors either way of the start
-constexpr double kPoorFocus = 1e-3;                       // goodness, as kNotDescribed of a PSD
-// Where nobody says the noise, it is no smaller than this share: of one mirror what a good camera reaches and
-// the theory of its spread is worth, of a mean what curves with four digits say.
+constexpr double kFurthest = 1000, kFurthestNumber = 10;  // factors on either side of the start
+constexpr double kPoorFocus = 1e-3;                       // least goodness, as kPoorFit of a PSD fit
+// Least unknown noise as a fraction. For one mirror it is the accuracy of a good camera and of the theory of
+// the spread; for a mean it is that of curves with four digits.
 constexpr double kLeastOfOneMirror = 1e-3, kLeastOfMean = 1e-4;
-// Chance of the residuals below which they have a form: one right curve in fifty is refused, and none is
-// taken whose fault moves it by three deviations.
+// Probability of the residuals below which they count as structured. It refuses one correct curve in fifty,
+// and no curve is accepted whose error shifts it by three standard deviations.
 constexpr double kPoorForm = 0.02;
 constexpr double kUnseen =
-    1e-6;  // of a fault's square, that the unknowns leave: no fit would tell it from them
+    // Least fraction of a systematic error's square that the unknowns leave; below, no fit can separate them.
+    1e-6;
 
-// Covariance of one mirror's light about the mean, of 1 in all.
+// Covariance of one mirror's energy about the mean [total 1].
 Eigen::MatrixXd spread_of_one_mirror(const Task& task, const GhsPupil& pupil, const FocalBins& bins,
                                      double dz) {
   const RadialPsd psd(*task.psd);
@@ -50,7 +51,7 @@ Eigen::MatrixXd spread_of_one_mirror(const Task& task, const GhsPupil& pupil, co
   Eigen::MatrixXd edges =
       RealisationSpread::covariance({psd, pupil.mirror(), pupil.aperture(), pupil.wavelength(), mean}, discs);
   if (!bins.are_rings) return edges;
-  // What a circle has more than the one before; a pixel its part of a ring.
+  // Converts circles to rings by differences; each pixel has its part of a ring.
   for (Eigen::Index k = edges.rows() - 1; k > 0; --k) edges.row(k) -= edges.row(k - 1).eval();
   for (Eigen::Index k = edges.cols() - 1; k > 0; --k) edges.col(k) -= edges.col(k - 1).eval();
   Eigen::ArrayXd pixels = Eigen::ArrayXd::Zero(edges.rows());
@@ -65,11 +66,11 @@ Eigen::MatrixXd spread_of_one_mirror(const Task& task, const GhsPupil& pupil, co
   return covariance;
 }
 
-// The geometry of the data: curves in metres, images about a centre that the fit improves.
+// Geometry of the data: curves in metres, images about a centre that the fit improves.
 class FocalGeometry {
  public:
   FocalGeometry(const MeasuredFocus& focus, const Task& task) : focus_(focus) {
-    // On the sky an angle is that of the nominal focus, whatever the plane.
+    // An angle on the sky refers to the nominal focus, whatever the plane.
     const double f = task.mirror.focal_length;
     resolution_ = task.wavelength * (f + focus.dz) / (2 * aperture_radius(task.aperture));
     if (const auto* image = std::get_if<FocalImage>(&focus.data)) {
@@ -92,7 +93,7 @@ class FocalGeometry {
   const PixelPlace& centre() const { return centre_; }
   void move_centre(double x, double y) { centre_.x += x, centre_.y += y; }
   FocalBins bins() const { return bins(0, 0); }
-  /// The same pixels, of light whose centre is so many pixels further.
+  /// Returns the bins of the same pixels for a spot whose centre is shifted by (x, y) pixels.
   FocalBins bins(double x, double y) const {
     const auto* image = std::get_if<FocalImage>(&focus_.data);
     if (!image) return circles_of(curve_, focus_.pixel, resolution_);
@@ -107,14 +108,14 @@ class FocalGeometry {
   PixelPlace centre_;
 };
 
-// Standard deviations of the data, without the mirror's own spread; where `known` says that they were not
-// given, of a noise of level 1 [share, of the brightest pixel].
+// Returns the standard deviations of the data without the spread of one mirror. If they are not given,
+// `known` becomes false, and they are those of a noise of level 1 [fraction, or of the brightest pixel].
 Eigen::ArrayXd noise_of(const MeasuredFocus& focus, const FocalBins& bins, const Eigen::ArrayXd& light,
                         bool* known) {
   *known = true;
   if (const auto* image = std::get_if<FocalImage>(&focus.data)) {
     double pixel = focus.noise.value_or(noise_of_rim(*image));
-    // Where nothing is at the rim, a share of the brightest pixel: no unit of the image decides.
+    // If the rim has no noise, a fraction of the brightest pixel is used, whatever the unit of the image.
     if (!(pixel > 0) && !focus.gain) {
       *known = false;
       pixel = (bins.measured / bins.pixels).abs().maxCoeff();
@@ -130,7 +131,7 @@ Eigen::ArrayXd noise_of(const MeasuredFocus& focus, const FocalBins& bins, const
   return Eigen::ArrayXd::Ones(bins.radius.size());
 }
 
-// The best of a coarse net about the study's own values; nothing where none of it has a prediction.
+// Returns the best point of a coarse grid about the values of the study; nothing if none has a prediction.
 std::optional<Eigen::VectorXd> start_of(const FocusProblem& problem,
                                         const std::vector<SolveUnknown>& unknowns, int* evaluations) {
   std::vector<std::vector<double>> places = {std::vector<double>(unknowns.size(), 0.0)};
@@ -194,13 +195,12 @@ bool is_poor(const PsdOfFocus& result) {
   return result.goodness < (result.is_noise_known ? kPoorFocus : kPoorForm);
 }
 
-// What a mean's numbers lose by the faults that residuals of an unknown noise may hide: their deviations over
-// those of a measurement without faults, each as wide as with the worst of the faults fitted beside. One
-// mirror's own departures are larger, and are known.
+// Widens the standard deviations of a mean for the worst systematic error that residuals of an unknown noise
+// may hide. The deviations of one mirror are larger and known.
 Eigen::ArrayXd widening(const FocusProblem& problem, const ParameterFit& fit,
                         const Eigen::MatrixXd& covariance, const std::vector<Departure>& departures) {
   Eigen::ArrayXd most = Eigen::ArrayXd::Zero(covariance.rows());
-  for (std::size_t k = 0; k + 1 < departures.size(); ++k) {  // the last one names no fault
+  for (std::size_t k = 0; k + 1 < departures.size(); ++k) {  // the last one stands for no specific error
     const Eigen::VectorXd column = problem.whitened_columns(departures[k].of_light);
     const Eigen::VectorXd shift = fit.jacobian.colPivHouseholderQr().solve(column);
     const double left = (column - fit.jacobian * shift).squaredNorm();
@@ -209,7 +209,7 @@ Eigen::ArrayXd widening(const FocusProblem& problem, const ParameterFit& fit,
   return (1 + most / covariance.diagonal().array()).sqrt();
 }
 
-// How well the light is described, and the numbers with their intervals.
+// Stores the goodness of the fit and the parameters with their intervals.
 void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocusProblem& problem,
                   const ParameterFit& fit, const std::vector<Departure>& departures, PsdOfFocus* result) {
   result->chi_squared = fit.sum_of_squares;
@@ -230,7 +230,7 @@ void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocusProblem&
     for (Eigen::Index v = 0; v < count; ++v)
       result->correlation(u, v) = covariance(u, v) / std::sqrt(covariance(u, u) * covariance(v, v));
     const SolveUnknown& unknown = unknowns[std::size_t(u)];
-    // Of a model that does not describe the light a profile is none.
+    // If the model does not describe the data, a profile is meaningless.
     const double std = wider[u] * std::sqrt(covariance(u, u)), half = deviations * std;
     const ProfileInterval interval =
         is_poor(*result) ? ProfileInterval{fit.x[u] - half, fit.x[u] + half, true, true}
@@ -259,7 +259,7 @@ void describe_light(const FocusModelLight& model, const FocalBins& bins, const E
   result->spread = sorted(spread.diagonal().array().max(0).sqrt() / per);
 }
 
-// What the result is worth, and what to do where it is little.
+// Sets the status and, for a poor result, the message with the remedy.
 void conclude(const std::string& remedy, bool converged, PsdOfFocus* result) {
   std::string open;
   for (const NumberOfFocus& number : result->numbers)
@@ -318,11 +318,11 @@ namespace {
 
 constexpr int kMostPasses = 8, kPassesOfNoise = 2;
 constexpr double kCentreFound = 0.001, kCentreNear = 0.05;  // pixels
-constexpr double kUncentred = 0.03;         // of the light of a datum: what a centre that is off leaves
+constexpr double kUncentred = 0.03;         // fraction of a datum's energy that a wrong centre adds
 constexpr double kCentreDifference = 0.05;  // pixels
 constexpr double kCentreStep = 0.5;         // pixels, at most
 
-// One fit with a covariance and a centre; the next one knows both better.
+// One fit with a given covariance and centre; each pass improves both.
 struct FocusPass {
   FocalBins bins;
   FocusModelLight model;
@@ -339,7 +339,7 @@ struct FocusPass {
   FocusPass& operator=(const FocusPass&) = delete;
 };
 
-// Gauss-Newton step of the light's centre [pixels]: by symmetry the other unknowns do not answer to it.
+// Gauss-Newton step of the centre of the spot [pixels]; by symmetry it is independent of the other unknowns.
 Eigen::Vector2d centre_step(const FocusPass& pass, const FocalGeometry& geometry, const TaskAt& task_at,
                             const std::vector<SolveUnknown>& unknowns, const MeasuredFocus& focus,
                             const GhsPupil& pupil, const Eigen::VectorXd& x, int threads) {
@@ -368,7 +368,7 @@ UnknownNoiseResiduals residuals_of(const FocusPass& pass, const MeasuredFocus& f
           focus.is_one_mirror ? kLeastOfOneMirror : kLeastOfMean};
 }
 
-// What a measurement may have other than it is said to, by what that adds to the fitted light.
+// Returns possible errors of a measurement, each with its effect on the fitted energy.
 std::vector<Departure> departures_of(const FocusPass& pass, const MeasuredFocus& focus, const Task& task,
                                      const GhsPupil& pupil, const Eigen::ArrayXd& shape) {
   const GeneralisedHarveyShack mean(RadialPsd(*task.psd), pupil);
@@ -386,7 +386,7 @@ std::vector<Departure> departures_of(const FocusPass& pass, const MeasuredFocus&
   const double f = task.mirror.focal_length, cone = f / (2 * aperture_radius(task.aperture));
   const double depth = 2 * task.wavelength * cone * cone;  // a quarter of a wave at the rim
   for (const double step : {depth, -depth}) {
-    if (step < 0 && focus.dz == 0 && is_parabola(task.mirror)) continue;  // the same light
+    if (step < 0 && focus.dz == 0 && is_parabola(task.mirror)) continue;  // by symmetry the same irradiance
     const MeanSpot moved = mean.at_plane(focus.dz + step);
     result.push_back(
         {"the light was measured in another plane than the study's: `plane`, or a Zernike "
@@ -394,7 +394,7 @@ std::vector<Departure> departures_of(const FocusPass& pass, const MeasuredFocus&
          light(
              [&](double radius) { return moved.encircled_energy(radius) - spot.encircled_energy(radius); })});
   }
-  // Of a circle moved sideways, to second order; of an image the fit moves it itself.
+  // A circle shifted sideways, to second order. For images the fit moves the centre.
   if (!pass.bins.are_rings)
     result.push_back(
         {"the circles are not about the centre of the light: take the centroid, or give the "
@@ -409,8 +409,7 @@ std::vector<Departure> departures_of(const FocusPass& pass, const MeasuredFocus&
   return result;
 }
 
-// The verdict on the last pass, its numbers and light; what to do where the verdict is poor. task: as fitted;
-// shape: of the noise.
+// Judges the last pass and returns a remedy for a poor one. task: as fitted; shape: of the noise.
 std::string judge(const std::vector<SolveUnknown>& unknowns, const FocusPass& pass,
                   const MeasuredFocus& focus, const Task& task, const GhsPupil& pupil,
                   const ParameterFit& fit, const Eigen::ArrayXd& shape, PsdOfFocus* result) {

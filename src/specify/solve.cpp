@@ -21,20 +21,19 @@ using namespace internal;
 
 namespace {
 
-constexpr double kFlat = 1e-8;        // change over a step that counts as none
-constexpr int kFlatSteps = 3;         // in a row that end the search
-constexpr double kRootOfLog = 1e-11;  // of ln(unknown)
-constexpr int kEndHalvings = 30;      // towards the end of what is allowed
+constexpr double kFlat = 1e-8;        // a smaller change over a step counts as none
+constexpr int kFlatSteps = 3;         // number in a row that ends the search
+constexpr double kRootOfLog = 1e-11;  // tolerance of ln(unknown)
+constexpr int kEndHalvings = 30;      // towards the end of the allowed range
 constexpr int kTurningHalvings = 12;  // golden sections of a step
 
-// A step of the search.
 struct Step {
   double log = 0;
   Eigen::ArrayXd excess;
   double worst() const { return excess.maxCoeff(); }
 };
 
-// The theory that targets without a value come from, and what there is to say of it.
+// Returns the theory that targets without a value use, with its warnings.
 Theory theory_of(const Task& task, Warnings* warnings) {
   const RadialPsd psd(*task.psd);
   const PhysicsChoice use = choose_physics(task, requested_physics(task), &psd);
@@ -46,7 +45,7 @@ Theory theory_of(const Task& task, Warnings* warnings) {
   return use.theory;
 }
 
-// Steps from the start one way, without the start; `end` is why there are no more.
+// Steps from the start one way, without the start; `end` is the reason for the end.
 class Search {
  public:
   Search(const BudgetValues& budgets, std::size_t unknowns, const SolveOptions& options)
@@ -116,9 +115,8 @@ std::vector<Step> search_steps(const Search& search, const RunContext& context,
   return steps;
 }
 
-// Where the strictest budget turns towards its limit between neighbouring steps, and may reach it there
-// though it does at neither: both crossings would be overlooked. The nearest turning point as well, by golden
-// sections.
+// Adds turning points where the strictest budget approaches its limit between two steps and may cross it
+// twice. The nearest approach is found by golden sections.
 void add_turning_points(const Search& search, std::vector<Step>* steps) {
   const double golden = 0.5 * (std::sqrt(5.0) - 1);
   std::vector<Step> found;
@@ -153,7 +151,7 @@ struct Crossing {
   bool holds_below = true;
 };
 
-// Changes of sign of one budget, or, of -1, of the strictest at each place; nearest to the start first.
+// Returns the sign changes of one budget or, for -1, of the strictest one; nearest to the start first.
 std::vector<Crossing> crossings(const Search& search, const std::vector<Step>& steps, int budget,
                                 int threads) {
   const auto height = [&](const Step& step) { return budget < 0 ? step.worst() : step.excess[budget]; };
@@ -163,7 +161,7 @@ std::vector<Crossing> crossings(const Search& search, const std::vector<Step>& s
   std::vector<Crossing> found(at.size());
   parallel_for(at.size(), threads, [&](std::size_t i) {
     const Step &low = steps[at[i]], &high = steps[at[i] + 1];
-    // From 1 to 2, so that a tolerance relative to it is one of the step's length.
+    // The root is sought from 1 to 2, so that a relative tolerance applies to the length of the step.
     const double length = high.log - low.log;
     const double t = root_between([&](double s) { return height(search.step(low.log + (s - 1) * length)); },
                                   1, 2, height(low), height(high), kRootOfLog);
@@ -183,7 +181,6 @@ std::string plain_reason(const Specification& spec) {
                      in_budget_unit(budget, nearest.budgets[nearest.binding].value));
 }
 
-// Why no value of the unknown meets all budgets.
 std::string why_none(const Specification& spec, const Eigen::ArrayXd& perfect) {
   for (std::size_t k = 0; k < spec.budgets.size(); ++k) {
     const Budget& budget = spec.budgets[k];
@@ -203,7 +200,7 @@ std::string why_none(const Specification& spec, const Eigen::ArrayXd& perfect) {
                      spec.budgets.size() == 1 ? "the budget" : "all budgets at once", plain_reason(spec));
 }
 
-// Why every value meets them. core: least specular share in the range.
+// Explains why every value meets them. core: least specular fraction in the range.
 std::string why_all(const Specification& spec, double core) {
   const Budget& budget = spec.budgets[spec.nearest.binding];
   const bool is_statistic = !budget.of_light && !budget.of_surface;
@@ -223,7 +220,7 @@ std::string why_all(const Specification& spec, double core) {
 
 void explain(const BudgetValues& budgets, const Search& search, const std::vector<Step>& steps,
              Specification* spec) {
-  // The worst of them, least violated or nearest to be; both are turning points or ends of the range.
+  // The least violated step, or the one with the least margin: a turning point or an end of the range.
   const bool none = steps.front().worst() > 0;
   const auto nearest = std::min_element(steps.begin(), steps.end(), [&](const Step& a, const Step& b) {
     return none ? a.worst() < b.worst() : a.worst() > b.worst();
@@ -242,7 +239,7 @@ void explain(const BudgetValues& budgets, const Search& search, const std::vecto
   spec->reason = why_all(*spec, std::isfinite(core) ? core : 0);
 }
 
-// What light says of the solution itself: its physics may not be that of the start.
+// Checks the theory at the solution, where it may differ from that at the start.
 void check_theory_there(const TaskAt& task_at, Specification* spec) {
   const Task task = task_at(spec->solutions.front().at);
   const RadialPsd psd(*task.psd);

@@ -12,10 +12,10 @@ namespace aberfit::internal {
 namespace {
 
 constexpr int kLevels = 40, kRefined = 30;  // steps of the search for a level
-constexpr double kNothingNew = 1e-6;        // of a column, that the design leaves
+constexpr double kNothingNew = 1e-6;        // fraction of a column that the design leaves
 constexpr Eigen::Index kDataOfColumn = 4, kMostColumns = 8;
 
-// Upper tail of F with k and n degrees of freedom.
+// Upper tail of the F distribution with k and n degrees of freedom.
 double tail_of_f(double ratio, double k, double n) {
   return boost::math::ibeta(0.5 * n, 0.5 * k, n / (n + k * std::max(ratio, 0.0)));
 }
@@ -71,7 +71,7 @@ double UnknownNoiseResiduals::level() const {
 
 double UnknownNoiseResiduals::chance(const Eigen::MatrixXd& columns,
                                      std::optional<Eigen::Index> without) const {
-  // In the metric of the noise alone, what the design does not have already.
+  // Keeps the part of each column that the design does not contain, in the metric of the noise alone.
   Eigen::MatrixXd plain = design_;
   if (without) {
     plain.conservativeResize(Eigen::NoChange, plain.cols() + 1);

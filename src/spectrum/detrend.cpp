@@ -13,8 +13,8 @@ using namespace internal;
 
 namespace {
 
-// Least-squares coefficients over the valid rows; a rank-deficient basis (few samples) gives the smallest
-// ones.
+// Fits least-squares coefficients to the valid rows and returns basis * coefficients. A rank-deficient basis
+// (few samples) gives the smallest coefficients.
 Eigen::ArrayXd fitted(const Eigen::MatrixXd& basis, const Eigen::ArrayXd& value) {
   std::vector<Eigen::Index> valid;
   for (Eigen::Index i = 0; i < value.size(); ++i)
@@ -129,7 +129,7 @@ HeightMap detrend(const HeightMap& map, const DetrendOptions& options) {
       if (std::isfinite(map.height(r, c))) gram.selfadjointView<Eigen::Lower>().rankUpdate(at(r, c));
   const Eigen::MatrixXd full = gram.selfadjointView<Eigen::Lower>();
   const LeastNorm solver(full);
-  for (int pass = 0; pass < 2; ++pass) {  // the second pass takes the normal equations' rounding off
+  for (int pass = 0; pass < 2; ++pass) {  // the second pass removes the rounding of the normal equations
     Eigen::VectorXd right = Eigen::VectorXd::Zero(terms);
     for (Eigen::Index r = 0; r < rows; ++r)
       for (Eigen::Index c = 0; c < columns; ++c)

@@ -9,16 +9,16 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kNoShape = 1e-12;       // of the values: what is left of a plane by rounding
-constexpr double kLeastProduct = 1e-10;  // half^2/(p q): with less the ellipse is a parabola
+constexpr double kNoShape = 1e-12;       // fraction of the values; less is the rounding of a plane
+constexpr double kLeastProduct = 1e-10;  // half^2/(p q); below, the ellipse is a parabola
 
-// Mirror ellipse over its tangent at the pole. From |P - F1| + |P - F2| = p + q with F1 = (-p cos, p sin), F2
-// = (q cos, q sin), squared once and solved for z:
+// Mirror ellipse over its tangent at the pole. It follows from |P - F1| + |P - F2| = p + q with F1 = (-p cos,
+// p sin), F2 = (q cos, q sin), squared once and solved for z:
 //   z = E x^2 / (2 - D x + 2 sqrt(1 - D x - G x^2)),
 //   E = sin(theta) (1/p + 1/q), D = cos(theta) (1/q - 1/p), G = 1/(p q).
-// E is linear, and D and G are nearly so (cubic and quartic of the height), whereas in p, q and theta the
-// valley of the least squares is long and bent. `shape` = (D half, G half^2); the result is z/E or its
-// derivative, NaN beyond the ellipse's end.
+// E is a linear parameter, and D and G are nearly linear (cubic and quartic of the height). In p, q and theta
+// the valley of the least squares would be long and bent.
+// `shape` = (D half, G half^2). Returns z/E or its derivative, NaN beyond the end of the ellipse.
 Eigen::VectorXd unit_ellipse(const Eigen::ArrayXd& x, double half, const Eigen::Vector2d& shape, bool slope) {
   const double d = shape[0] / half, g = shape[1] / (half * half);
   Eigen::VectorXd z(x.size());
@@ -34,15 +34,14 @@ Eigen::VectorXd unit_ellipse(const Eigen::ArrayXd& x, double half, const Eigen::
   return z;
 }
 
-// What the ellipse is fitted to: the valid points of a profile, positions about their middle.
+// The data of the fit: valid points of a profile, with positions about their middle.
 struct Points {
-  double half = 0;  // of their span
+  double half = 0;  // half of their span [m]
   bool slope = false;
   std::vector<Eigen::Index> valid;
   Eigen::ArrayXd everywhere, x;  // all positions, and those of the valid points
   Eigen::VectorXd value;
-  // Piston and tilt (of slopes: only the tilt, a constant) are linear, too: they are projected out of
-  // everything.
+  // Piston and tilt (for slopes only the tilt, a constant) are linear as well and are projected out.
   Eigen::MatrixXd linear;
   std::unique_ptr<const LeastSquares> linear_part;
   Eigen::VectorXd data;  // the values without them
@@ -75,7 +74,7 @@ Eigen::VectorXd unit_ellipse(const Points& points, const Eigen::Vector2d& shape)
   return unit_ellipse(points.x, points.half, shape, points.slope);
 }
 
-// An ellipse of some shape with the E that suits it best.
+// A trial shape with its least-squares E.
 struct Attempt {
   double cost = std::numeric_limits<double>::infinity();
   double factor = 0;  // E
@@ -94,12 +93,12 @@ Attempt attempt_at(const Points& points, const Eigen::Vector2d& shape) {
   return attempt;
 }
 
-// Derivatives by the shape; E follows it (Kaufman 1975).
+// Derivatives with respect to the shape; E is the least-squares value for each shape (Kaufman 1975).
 Eigen::MatrixXd shape_jacobian(const Points& points, const Attempt& at) {
   Eigen::MatrixXd jacobian(points.x.size(), 2);
   for (int k = 0; k < 2; ++k) {
     Eigen::Vector2d up = at.shape, down = at.shape;
-    const double h = 1e-5;  // truncation h^2
+    const double h = 1e-5;  // truncation error h^2
     up[k] += h, down[k] -= h;
     const Eigen::VectorXd change =
         at.factor / (2 * h) * project(points, unit_ellipse(points, up) - unit_ellipse(points, down));
@@ -108,7 +107,7 @@ Eigen::MatrixXd shape_jacobian(const Points& points, const Attempt& at) {
   return jacobian;
 }
 
-// Shape that a Levenberg-Marquardt step leads to, damped by the lengths of the columns.
+// Returns the shape after a Levenberg-Marquardt step, damped by the lengths of the columns.
 Eigen::Vector2d damped_step(const Attempt& at, const Eigen::MatrixXd& jacobian, const Eigen::Vector2d& length,
                             double damping) {
   const Eigen::Index size = jacobian.rows();
@@ -118,13 +117,12 @@ Eigen::Vector2d damped_step(const Attempt& at, const Eigen::MatrixXd& jacobian, 
   right.head(size) = at.residual;
   Eigen::Vector2d there = at.shape + LeastNorm(stacked).solve(right);
   if (!(there[1] < kLeastProduct)) return there;
-  // At its bound, and the skew the best one there.
+  // G is at its bound; D is the best one there.
   const Eigen::VectorXd only = jacobian.col(0),
                         rest = at.residual - jacobian.col(1) * (kLeastProduct - at.shape[1]);
   return {at.shape[0] + only.dot(rest) / (only.squaredNorm() * (1 + damping)), kLeastProduct};
 }
 
-// The least squares that steps from a start lead to.
 Attempt descend(const Points& points, const Eigen::Vector2d& start) {
   Attempt now = attempt_at(points, start);
   double damping = 1e-6;
@@ -147,9 +145,9 @@ Attempt descend(const Points& points, const Eigen::Vector2d& start) {
   return now;
 }
 
-// Sets p, q and the grazing angle of an ellipse with |E|, D and G.
+// Sets p, q and the grazing angle of the ellipse with |E|, D and G.
 void set_arms(double e, double d, double g, EllipseFit* result) {
-  // E^2/S + D^2/(S - 4 G) = 1 with S = (1/p + 1/q)^2; the other root has S below 4 G and E^2.
+  // E^2/S + D^2/(S - 4 G) = 1 with S = (1/p + 1/q)^2; the other root S is below 4 G and E^2.
   const double middle = 0.5 * (4 * g + e * e + d * d);
   const double s = middle + std::sqrt(std::max(0.0, middle * middle - 4 * g * e * e));
   const double sum = std::sqrt(s), difference = std::sqrt(std::max(0.0, s - 4 * g));
@@ -170,13 +168,13 @@ EllipseFit fit_ellipse(const Profile& profile) {
   const Points points = points_of(profile, std::move(valid));
 
   Attempt best;
-  // The first start is the parabola: the result is at least as near to the data.
+  // The first start is the parabola, so that the result fits at least as well.
   for (const double product : {kLeastProduct, 0.1})
     for (const double skew : {0., -0.5, 0.5}) {
       Attempt found = descend(points, {skew, product});
       if (found.cost < best.cost) best = std::move(found);
     }
-  // A plane fixes no arms.
+  // A plane does not determine p and q.
   if (!(std::abs(best.factor) * best.unit.norm() > kNoShape * points.value.norm())) return result;
   const Eigen::VectorXd all = unit_ellipse(points.everywhere, points.half, best.shape, points.slope);
   if (!all.allFinite()) return result;

@@ -10,20 +10,21 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr int kNodesPerDecade = 100;    // linear interpolation of f^-4 between them: 0.13 % at most
-constexpr int kProfileAllWaves = 2400;  // samples; up to here every wave of a profile is sent
-constexpr int kProfileLow = 96, kMapLow = 8, kSmallMapLow = 12;  // ordinates below which every wave is sent
-constexpr int kSmallMap = 150 * 150;                             // points
+// Linear interpolation of f^-4 between nodes has an error of at most 0.13 %.
+constexpr int kNodesPerDecade = 100;
+constexpr int kProfileAllWaves = 2400;  // samples; up to here every wave of a profile is propagated
+// Every wave below these ordinates is propagated.
+constexpr int kProfileLow = 96, kMapLow = 8, kSmallMapLow = 12;
+constexpr int kSmallMap = 150 * 150;  // points
 constexpr int kProfileWavesPerDecade = 120, kMapWavesPerDecade = 24, kMapDirections = 4;
-// In small maps with holes one wave tells less: with 24 x 4 of them a white map of 120 x 128 points with 10 %
-// holes came out 0.5 % wrong.
+// Small maps with holes need more waves: 24 x 4 give an error of 0.5 % (white, 120 x 128 points, 10 % holes).
 constexpr int kSmallMapWavesPerDecade = 96, kSmallMapDirections = 8;
 
 struct Wave {
   double u, v, measure;
 };
 
-// Blocks of one ordinate by one ordinate are cut into sub x sub cells.
+// Number of parts per axis into which a block of one ordinate by one ordinate is divided.
 int profile_cells(int a) { return a < 2 ? 16 : a < 4 ? 8 : a < 12 ? 4 : 2; }
 int map_cells(double radius) { return radius < 1 ? 8 : radius < 3.5 ? 4 : 2; }
 
@@ -59,7 +60,7 @@ class Nodes {
 
 struct Region {
   bool profile;
-  int half_x, half_y;  // blocks per axis, the last one may be a half
+  int half_x, half_y;  // blocks per axis; the last one may be a half
   double low;
   bool sent(int a, int b) const { return profile ? a < low : std::hypot(a + 0.5, b + 0.5) < low; }
 };
@@ -75,7 +76,8 @@ std::vector<Wave> low_waves(const OrdinateGrid& grid, const Region& region) {
         for (int i = 0; i < cells; ++i) {
           const double u = a + (i + 0.5) / cells, v = region.profile ? 0 : b + (j + 0.5) / cells;
           if (2 * u >= grid.cols || (!region.profile && 2 * v >= grid.rows)) continue;
-          // One quarter of the plane stands for the half plane; holes take their turn from both sides.
+          // One quarter of the plane represents the half plane; the sign alternates because holes break
+          // symmetry.
           waves.push_back({u, sign * v, region.profile ? 1.0 / cells : 2.0 / (cells * cells)});
           sign = -sign;
         }
@@ -94,7 +96,7 @@ std::vector<int> low_ordinates(const OrdinateGrid& grid) {
   return index;
 }
 
-// The covariance of the low ordinates gets the waves f, -f and, of a map, their mirror images: in a frame
+// Adds the waves f, -f and, for a map, their mirror images to the covariance of the low ordinates. In a frame
 // about the middle a mirrored wave has mirrored ordinates, and only the modulus of the covariance is used.
 void add_low(const OrdinateGrid& grid, const Eigen::VectorXcd& value, double u, double v, double amount,
              LowOrdinates* low) {
@@ -122,19 +124,18 @@ void add_low(const OrdinateGrid& grid, const Eigen::VectorXcd& value, double u, 
   }
 }
 
-// What the waves are sent through, and how what comes out is counted.
+// The processing that the waves go through, and the scale of the result.
 struct Way {
   const SurfaceProcessing& processing;
   const OrdinateBins& bins;
   int lobe_half;  // half-width of the window's main lobe [ordinates]
-  double scale;   // |transform|^2 to periodogram
+  double scale;   // factor from |transform|^2 to the periodogram
   double top;     // highest frequency [cycles/m]
   int threads;
 };
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Blocks of which every wave is sent.
 Region region_of(const OrdinateGrid& grid) {
   Region region{grid.profile(), (grid.cols + 1) / 2, grid.profile() ? 1 : (grid.rows + 1) / 2, 0};
   if (grid.profile())
@@ -144,7 +145,7 @@ Region region_of(const OrdinateGrid& grid) {
   return region;
 }
 
-// Every wave of low frequency: adds them to the matrix and the covariance of the low ordinates.
+// Adds every wave of low frequency to the matrix and to the covariance of the low ordinates.
 void send_low(const Way& way, const Region& region, const Nodes& nodes, RowMajorMatrix* matrix,
               LowOrdinates* low) {
   const OrdinateGrid& grid = way.processing.grid;
@@ -158,7 +159,7 @@ void send_low(const Way& way, const Region& region, const Nodes& nodes, RowMajor
     at_low[i].resize(lows);
     for (Eigen::Index a = 0; a < lows; ++a) at_low[i][a] = samples.data()[low->index[std::size_t(a)]];
   });
-  // A red spectrum as a stand-in: the covariance of the low ordinates hardly depends on it.
+  // A red spectrum is assumed; the covariance of the low ordinates hardly depends on it.
   const double exponent = grid.profile() ? 2.5 : 3.5;
   for (std::size_t i = 0; i < waves.size(); ++i) {
     const double f = std::hypot(waves[i].u * grid.step_x, waves[i].v * grid.step_y);
@@ -170,7 +171,7 @@ void send_low(const Way& way, const Region& region, const Nodes& nodes, RowMajor
   }
 }
 
-// Selected waves of high frequency: groups of one frequency, several directions.
+// Selected waves of high frequency, in groups of one frequency and several directions.
 struct Selection {
   struct Selected {
     double u, v;
@@ -194,7 +195,7 @@ Selection select_high(const Way& way, const Region& region) {
     if (f >= way.top) break;
     bool any = false;
     for (int d = 0; d < directions; ++d) {
-      // Directions step on from group to group, so that no lattice line is hit every time.
+      // Directions advance from group to group, so that they do not always meet the same line of ordinates.
       const double turn = std::fmod((d + 0.5) / directions + 0.6180339887498949 * g, 1.0);
       const double angle = grid.profile() ? 0 : 0.5 * kPi * turn;
       const double u = f * std::cos(angle) / grid.step_x;
@@ -209,7 +210,7 @@ Selection select_high(const Way& way, const Region& region) {
   return selection;
 }
 
-// Per group, means over its directions: the share that stays in the main lobe, and where the rest goes.
+// Means over the directions of a group: the fraction in the main lobe, and where the rest goes.
 struct Leakage {
   std::vector<double> transfer;
   Eigen::MatrixXd spread;  // bins x groups
@@ -249,7 +250,7 @@ Leakage send_selected(const Way& way, const Selection& selection) {
   return mean;
 }
 
-// From groups to nodes, as functions of log f: sets the transfer, returns bins x nodes of what leaks.
+// Interpolates from groups to nodes in log f. Sets the transfer and returns the leakage, bins x nodes.
 Eigen::MatrixXd at_nodes(const Leakage& leakage, const std::vector<double>& group_frequency,
                          const Nodes& nodes, Eigen::ArrayXd* transfer) {
   const std::size_t groups = group_frequency.size();
@@ -269,7 +270,7 @@ Eigen::MatrixXd at_nodes(const Leakage& leakage, const std::vector<double>& grou
   return leaked;
 }
 
-// Main lobes of waves on the lattice of half an ordinate, which fall into the bins as the window says.
+// Main lobes of waves on a grid of half an ordinate, distributed over the bins according to the window.
 class MainLobes {
  public:
   explicit MainLobes(const Way& way)
@@ -306,8 +307,8 @@ class MainLobes {
     }
   }
 
-  Eigen::ArrayXd share;      // of the lobe, by bin
-  std::vector<int> touched;  // bins that have one
+  Eigen::ArrayXd share;      // fraction of the lobe in each bin
+  std::vector<int> touched;  // bins with a part of the lobe
 
  private:
   const Way& way_;
@@ -316,7 +317,7 @@ class MainLobes {
   Eigen::ArrayXXd along_x_, along_y_;  // taps x the two quarters of an ordinate
 };
 
-// Adds what stays in the main lobes of all high waves to the matrix; returns their measure by nodes.
+// Adds the main lobes of all high waves to the matrix; returns their measure by nodes.
 Eigen::ArrayXd add_main_lobes(const Way& way, const Region& region, const Nodes& nodes,
                               const Eigen::ArrayXd& transfer, RowMajorMatrix* matrix) {
   const OrdinateGrid& grid = way.processing.grid;

@@ -21,12 +21,12 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 
 constexpr int kPerDecade = 12;
-constexpr double kOnGrid = 0.01;     // of the pitch: positions as good as even
-constexpr double kNeighbours = 1.5;  // pitches; farther apart there is a sample missing between them
-constexpr double kWithin = 0.1;      // of a separation, and at most kHalfPitch
+constexpr double kOnGrid = 0.01;     // fraction of the pitch; smaller deviations count as even positions
+constexpr double kNeighbours = 1.5;  // pitches; a wider gap means a missing sample
+constexpr double kWithin = 0.1;      // fraction of a separation, limited by kHalfPitch
 constexpr double kHalfPitch = 0.5;
 
-// Whole numbers from 1 to `most`, spread evenly in the logarithm.
+// Returns whole numbers from 1 to `most`, evenly spaced in the logarithm.
 std::vector<Index> spread_steps(Index most) {
   std::vector<Index> steps;
   for (int j = 0;; ++j) {
@@ -36,7 +36,7 @@ std::vector<Index> spread_steps(Index most) {
   }
 }
 
-// Heights at even steps; NaN where nothing was measured.
+// Returns heights at even steps; NaN where nothing was measured.
 ArrayXd on_even_steps(const Profile& heights, double* step) {
   std::vector<Index> valid;
   for (Index i = 0; i < heights.size(); ++i)
@@ -60,7 +60,7 @@ ArrayXd on_even_steps(const Profile& heights, double* step) {
   return even;
 }
 
-// Next length from n up that is a product of 2, 3, 5, 7.
+// Returns the next length from n on that is a product of 2, 3, 5, 7.
 int smooth_length(Index n) {
   for (;; ++n) {
     Index rest = n;
@@ -70,8 +70,8 @@ int smooth_length(Index n) {
   }
 }
 
-// At every lag the sum of squared differences and, as imaginary part, the number of pairs. Cyclic; zeros
-// beyond the map keep lags up to (reach_x, reach_y) apart.
+// Returns for every lag the sum of squared differences (real part) and the number of pairs (imaginary part).
+// The correlation is cyclic; zeros beyond the map separate lags up to (reach_x, reach_y).
 ComplexGrid pair_sums(const Grid& heights, Index reach_x, Index reach_y) {
   const int rows = smooth_length(heights.rows() + reach_y), columns = smooth_length(heights.cols() + reach_x);
   ComplexGrid field = ComplexGrid::Zero(rows, columns), squares = field;
@@ -84,7 +84,7 @@ ComplexGrid pair_sums(const Grid& heights, Index reach_x, Index reach_y) {
   const FourierTransform transform(rows, columns);
   transform(field.data());
   transform(squares.data());
-  // Heights and mask are the two real sequences of `field`: H = (F + F'*)/2, M = (F - F'*)/2i, F' at -f.
+  // `field` is heights + i mask; their transforms are H = (F + F'*)/2, M = (F - F'*)/2i, with F' at -f.
   ComplexGrid& sums = squares;
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
@@ -103,7 +103,7 @@ HeightDifferences height_differences(const Profile& measured, const DetrendOptio
   double step = 0;
   const ArrayXd h = on_even_steps(detrend(heights_of(measured), options), &step);
   std::vector<double> separation, mean_square, pairs;
-  // A few dozen separations: as quick as by FFT, without its rounding.
+  // For a few dozen separations the direct sum is as fast as an FFT and has no rounding error.
   for (const Index lag : spread_steps(h.size() / 2)) {
     const ArrayXd square = (h.tail(h.size() - lag) - h.head(h.size() - lag)).square();
     const double count = double(square.isFinite().count());
@@ -122,7 +122,8 @@ HeightDifferences height_differences(const HeightMap& measured, const DetrendOpt
   if (!(measured.pitch_x > 0 && measured.pitch_y > 0))
     throw std::invalid_argument("structure function: the pitch of the map is unknown");
   const HeightMap map = detrend(measured, options);
-  const double scale = rms(map) > 0 ? rms(map) : 1;  // heights as large as the mask, for the same rounding
+  // Heights scaled to the size of the mask have the same rounding error.
+  const double scale = rms(map) > 0 ? rms(map) : 1;
   const double pitch = std::max(map.pitch_x, map.pitch_y);
   const double side = std::min(map.pitch_x * double(map.columns()), map.pitch_y * double(map.rows()));
   const std::vector<Index> steps = spread_steps(Index(0.5 * side / pitch));
@@ -132,7 +133,7 @@ HeightDifferences height_differences(const HeightMap& measured, const DetrendOpt
   const Index reach_x = Index(farthest / map.pitch_x), reach_y = Index(farthest / map.pitch_y);
   const ComplexGrid sums = pair_sums(map.height / scale, reach_x, reach_y);
   ArrayXd distance = ArrayXd::Zero(n), square = distance, pairs = distance;
-  // Half of all lags; the others are the same pairs.
+  // Half of all lags are enough; the others are the same pairs.
   for (Index y = 0; y <= reach_y; ++y)
     for (Index x = y == 0 ? 1 : -reach_x; x <= reach_x; ++x) {
       const double s = std::hypot(double(x) * map.pitch_x, double(y) * map.pitch_y), at = s / pitch;
@@ -154,8 +155,9 @@ HeightDifferences height_differences(const HeightMap& measured, const DetrendOpt
 
 ArrayXd model_height_differences(const PsdModelFit& fit, PsdTableKind kind, const ArrayXd& separation) {
   if (kind == PsdTableKind::k2dTwoSided)
-    return 2 * structure_function(RadialPsd(fit.model), separation);  // ours is C(0) - C(s)
-  // Up to this many radians across a panel its 24 nodes hold the cosine to rounding.
+    // The function structure_function returns C(0) - C(s).
+    return 2 * structure_function(RadialPsd(fit.model), separation);
+  // Largest phase [rad] across a panel for which its 24 nodes integrate the cosine to rounding.
   constexpr double kSlow = 8;
   ArrayXd result = ArrayXd::Zero(separation.size());
   const TablePsd& curve = fit.curve;

@@ -13,19 +13,19 @@ namespace {
 using Eigen::ArrayXd;
 using Eigen::Index;
 
-// Chosen: no polish is steeper beyond chance. A measured profile of the tests (dabam-022) falls as f^-5.2
-// below its instrument's end and as f^-9.9 beyond. Surfaces have one power more.
+// Chosen so that no polished surface is steeper beyond chance. The profile dabam-022 falls as f^-5.2 below
+// the end of its instrument's band and as f^-9.9 beyond. The exponents of surfaces are larger by one.
 constexpr double kSteepestProfile = 6, kSteepestSurface = 7;
-constexpr double kCliff = 8;                            // times less than promised, somewhere on it
+constexpr double kCliff = 8;  // factor below the extrapolated line that a cliff must reach
 constexpr double kGoesOn = 3, kGoesOnWithinChance = 3;  // factor, standard deviations
 constexpr double kBeyondChance = 4;                     // standard deviations
-constexpr double kSteeperBeyondChance = 2;              // standard deviations of the cliff's exponent
-constexpr double kEdge = 1.5;                           // times less than promised where it begins
+constexpr double kSteeperBeyondChance = 2;              // standard deviations of the exponent of the cliff
+constexpr double kEdge = 1.5;                           // factor below the line at which the cliff begins
 constexpr double kEdgeBeyondChance = 2.5;
-constexpr double kCliffWidth = 0.77, kPromiseWidth = 2.31;  // a third of a decade, a decade; of log f
+constexpr double kCliffWidth = 0.77, kPromiseWidth = 2.31;  // a third of a decade, a decade; in log f
 constexpr Index kFewestBelow = 6, kFewestAfter = 4;
 
-// log f, and the logarithm of the level without its bias and with its variance.
+// log f, and the logarithm of the level without its bias, with its variance.
 struct LogBins {
   std::vector<Index> bin;
   ArrayXd f, level, variance;
@@ -38,7 +38,7 @@ LogBins log_bins(const PsdEstimate& estimate) {
   return {band.bins, band.frequency.log(), (band.psd / white).log() - band.log_bias, band.log_variance};
 }
 
-// Straight line with the variance of what it promises.
+// Straight line with the variance of its extrapolation.
 struct Promise {
   double f = 0, level = 0, slope = 0, variance = 0, slope_variance = 0;
   double at(double x) const { return level + slope * (x - f); }
@@ -47,7 +47,7 @@ struct Promise {
 
 Promise line_through(const LogBins& bins, Index first, Index count) {
   const ArrayXd x = bins.f.segment(first, count), y = bins.level.segment(first, count);
-  // A surface meanders about its line by a few tenths, however many ordinates a bin has.
+  // A surface deviates from its line by about a tenth, however many ordinates a bin has.
   const ArrayXd w = (bins.variance.segment(first, count) + 0.01).inverse();
   Promise line;
   line.f = (w * x).sum() / w.sum(), line.level = (w * y).sum() / w.sum();
@@ -57,8 +57,7 @@ Promise line_through(const LogBins& bins, Index first, Index count) {
   return line;
 }
 
-// Whether what comes after bin j goes on from what was there before the end of the decade below bin `last`:
-// then the cliff is the far side of a hump.
+// True if the bins from j on continue the lower half of the decade below bin `last`: the cliff ends a hump.
 bool is_hump(const LogBins& bins, Index last, Index count, Index j) {
   const Index after = bins.f.size() - j, before = count / 2, first = last - count + 1;
   if (after < kFewestAfter) return false;

@@ -15,14 +15,13 @@ namespace {
 
 constexpr Eigen::Index kFewestPoints = 4;  // along either side
 
-// A bridge over more than this share of the rectangle tells nothing of the surface.
+// Largest hole, as a fraction of the rectangle. A bridge over a larger hole says nothing about the surface.
 constexpr double kLargestHole = 0.05;
 
 using Marks = Eigen::Array<char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Places = std::vector<std::pair<Eigen::Index, Eigen::Index>>;
 
-// Marks the invalid points that steps along rows and columns over invalid points join to (row, column), and
-// returns them.
+// Marks and returns the invalid points connected to (row, column) by invalid points along rows and columns.
 Places mark_joined(const HeightMap& map, Eigen::Index row, Eigen::Index column, Marks* marks) {
   Places joined;
   const auto visit = [&](Eigen::Index r, Eigen::Index c) {
@@ -40,7 +39,7 @@ Places mark_joined(const HeightMap& map, Eigen::Index row, Eigen::Index column, 
   return joined;
 }
 
-// Largest rectangle without a marked point: under the histogram of heights that ends at each row.
+// Returns the largest rectangle without a marked point, by the histogram of free heights above each row.
 PixelRectangle largest_rectangle(const Marks& outside) {
   const Eigen::Index rows = outside.rows(), columns = outside.cols();
   PixelRectangle best;
@@ -101,7 +100,7 @@ MapProcessing::MapProcessing(const HeightMap& geometry, const PsdEstimatorOption
       throw std::invalid_argument(std::string(name) +
                                   " of the map is unknown (0): give the distance of its points in metres");
   PixelRectangle inner = largest_inner_rectangle(geometry);
-  // A prime length makes the transform several times slower for a per cent of data.
+  // A prime length would make the transform several times slower; cutting costs about 1 % of the data.
   const Eigen::Index rows = smooth_up_to(inner.rows), columns = smooth_up_to(inner.columns);
   row_ = inner.row + (inner.rows - rows) / 2;
   column_ = inner.column + (inner.columns - columns) / 2;
@@ -116,7 +115,7 @@ MapProcessing::MapProcessing(const HeightMap& geometry, const PsdEstimatorOption
       hole_of[std::size_t(i)] = int(holes_.size()), holes_.push_back(i);
   if (grid.size() - int(holes_.size()) < 16)
     throw std::invalid_argument("a map needs at least 16 valid points for a PSD");
-  // Harmonic bridge: a hole is the mean of its four neighbours, weighted by 1/pitch^2.
+  // Harmonic bridge: a hole point is the mean of its four neighbours, weighted by 1/pitch^2.
   const double weight_x = 1, weight_y = std::pow(geometry.pitch_x / geometry.pitch_y, 2);
   std::vector<Eigen::Triplet<double>> entries;
   for (int h = 0; h < int(holes_.size()); ++h) {
@@ -224,7 +223,7 @@ ComplexGrid MapProcessing::wave(double u, double v) const {
 
 ComplexGrid MapProcessing::wave_transform(double u, double v) const {
   if (!holes_.empty()) return SurfaceProcessing::wave_transform(u, v);
-  // Without holes all stays separable and two short transforms are enough.
+  // Without holes everything is separable, and two short transforms are enough.
   const Separable wave = separable(u, v);
   Eigen::VectorXcd x = wave.x.cwiseProduct(window_x.matrix()), y = wave.y.cwiseProduct(window_y.matrix());
   (*along_x_)(x.data());

@@ -14,26 +14,26 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kFalseAlarms = 0.005;  // of clean measurements; half of what is promised
+constexpr double kFalseAlarms = 0.005;  // probability of an alarm in a clean measurement, see outliers.h
 constexpr double kDeviationsOfMedian = 1.4826;
-constexpr double kEfficiencyOfMedian = 0.37;  // of the median size, over the standard deviation's
+constexpr double kEfficiencyOfMedian = 0.37;  // of the median size over the standard deviation
 constexpr double kBesideOthers = 3.5;         // standard deviations
-// Median of the step at the rim of a region, over how far it stands out: 1 for damage, 0.1 to 0.3 where a
-// surface bends, as at the turned-down rim of an interferogram.
+// Limit of the median step at the rim of a region over the height of the region. It is 1 for damage and 0.1
+// to 0.3 for a bend of the surface, such as the turned-down rim of an interferogram.
 constexpr double kSharp = 0.4, kSharpOnAProfile = 0.25;
 constexpr Index kFewestTested = 32, kFewestInTile = 40;
-// Every pass widens a damaged region by a sample; eight are enough for what is promised, and a large map that
-// is damaged all over should not take minutes.
+// Every pass extends a damaged region by a sample. Eight passes meet the documented size; the upper limits
+// bound the time for a large map with damage everywhere.
 constexpr Index kMostPasses = 50, kFewestPasses = 12, kMostVisits = 100'000'000;
 
 struct Arm {
   Index row, column;
 };
 
-// What the neighbours at one distance make of a sample's place.
+// Prediction of a sample from its neighbours at one distance.
 struct Prediction {
   double value = 0;
-  int kind = -1;  // 0: all pairs; 1 + k: pair k; 1 + arms + k: line k continued; -1: no neighbours
+  int kind = -1;  // 0: all pairs; 1 + k: pair k; 1 + arms + k: line k extrapolated; -1: no neighbours
 };
 
 double median_of(std::vector<double>* values) {
@@ -42,7 +42,7 @@ double median_of(std::vector<double>* values) {
   return *middle;
 }
 
-// Standard deviation of Gaussian numbers, whatever a few of them are.
+// Returns the standard deviation of Gaussian numbers about `centre`, insensitive to a few outliers.
 double deviation_about(double centre, std::vector<double> values) {
   for (double& v : values) v = std::abs(v - centre);
   return kDeviationsOfMedian * median_of(&values);
@@ -61,7 +61,7 @@ class Samples {
   double at(Index r, Index c) const {
     return r < 0 || c < 0 || r >= value_.rows() || c >= value_.cols() ? kNaN : value_(r, c);
   }
-  // The line through the samples one and `other` arms away, at (r, c): other = -1 between them, 2 beyond.
+  // Value at (r, c) of the line through the samples at one and `other` arms: -1 interpolates, 2 extrapolates.
   double along(Index r, Index c, Arm arm, int other) const {
     const double near = at(r + arm.row, c + arm.column),
                  far = at(r + other * arm.row, c + other * arm.column);
@@ -69,7 +69,7 @@ class Samples {
     double share = 1.0 / (1 - other);
     if (x_) {
       const double a = (*x_)[c + arm.column] - (*x_)[c], b = (*x_)[c + other * arm.column] - (*x_)[c];
-      // Across a gap of the record neighbours are farther than elsewhere, and say less.
+      // Across a gap of the record the neighbours are too far apart to predict the sample.
       if (std::max(std::abs(a), std::abs(b - a)) >
           longest_ * double(std::abs(arm.column) * (other < 0 ? 2 : 1)))
         return kNaN;
@@ -77,7 +77,7 @@ class Samples {
     }
     return near + share * (far - near);
   }
-  // Least step between neighbours: the finest the numbers are rounded to.
+  // Smallest step between neighbours, an estimate of the rounding of the numbers.
   double rounding() const {
     double least = kInfinity;
     for (Index r = 0; r < value_.rows(); ++r)
@@ -116,7 +116,7 @@ class Residuals {
     scale();
   }
 
-  // After samples were taken out: those that these were neighbours of, and the standard deviations, anew.
+  // Updates the residuals that depend on removed samples, and the standard deviations.
   void without(const Mask& taken) {
     for (Index r = 0; r < taken.rows(); ++r)
       for (Index c = 0; c < taken.cols(); ++c) {
@@ -131,7 +131,7 @@ class Residuals {
     scale();
   }
 
-  // From now on lines are continued where no pair is.
+  // From now on, lines are extrapolated where no pair exists.
   void continue_lines() {
     continued_ = true;
     for (Index r = 0; r < kind_.rows(); ++r)
@@ -141,7 +141,7 @@ class Residuals {
   }
 
   double residual(Index r, Index c) const { return residual_(r, c); }
-  // NaN where there are no neighbours.
+  // Returns NaN without neighbours.
   double standardised(Index r, Index c) const {
     const int kind = kind_(r, c);
     if (kind < 0) return kNaN;
@@ -150,7 +150,7 @@ class Residuals {
            (deviation_[std::size_t(kind)] * tile_factor_[t]);
   }
 
-  // Whether a sample continues what lies on one side of it.
+  // True if a sample continues the surface on one of its sides.
   bool continues_a_side(Index r, Index c) const {
     const double residual = residual_(r, c), sign = residual > 0 ? 1 : -1;
     int there = 0, agree = 0;
@@ -162,7 +162,7 @@ class Residuals {
         ++there;
         if (sign * (samples_.value()(r, c) - line) < 0.5 * std::abs(residual)) ++agree;
       }
-    // A scratch goes on in two of eight directions, the corner of a plateau in three.
+    // A scratch continues in two of eight directions, the corner of a plateau in three.
     return agree > there / 4;
   }
 
@@ -209,7 +209,7 @@ class Residuals {
     return {};
   }
 
-  // Standard deviations, those of tiles only where a sample has changed.
+  // Updates the standard deviations; those of tiles only where a sample has changed.
   void scale() {
     rounding_ = samples_.rounding();
     std::vector<std::vector<double>> in_tile(changed_.size());
@@ -238,7 +238,7 @@ class Residuals {
       if ((kind_ == std::int8_t(kind)).any()) deviation_[std::size_t(kind)] = deviation_of(kind);
   }
 
-  // Of a prediction that only samples at the rim need, from samples everywhere.
+  // Standard deviation of a prediction used at the rim only, estimated from samples everywhere.
   double deviation_of(int kind) const {
     constexpr Index kEnough = 20000;
     const Index step = std::max<Index>(1, residual_.size() / kEnough) | 1;
@@ -262,12 +262,11 @@ class Residuals {
   Index tiles_down_, tiles_across_;
   std::vector<std::size_t> first_of_row_, tile_of_column_;
   std::vector<double> deviation_;                     // by kind
-  std::vector<double> tile_centre_, tile_deviation_;  // of kind 0; deviation 0 where too few are in a tile
-  std::vector<double> tile_factor_;                   // of all kinds
-  std::vector<bool> changed_;                         // tiles, since the last scale()
+  std::vector<double> tile_centre_, tile_deviation_;  // for kind 0; deviation 0 if a tile has too few samples
+  std::vector<double> tile_factor_;                   // for all kinds
+  std::vector<bool> changed_;                         // tiles changed since the last scale()
 };
 
-// Distances of neighbours that the data have room for.
 std::vector<Index> distances(const Samples& samples) {
   std::vector<Index> list;
   const Index rows = samples.value().rows(), columns = samples.value().cols();
@@ -291,7 +290,7 @@ bool marked(const Mask& mask, Index r, Index c) {
   return r >= 0 && c >= 0 && r < mask.rows() && c < mask.cols() && mask(r, c);
 }
 
-// Samples that stand out: their residual at the distance where they do most; 0 elsewhere.
+// Returns the residuals of samples that stand out, at the distance where they do most; 0 elsewhere.
 Grid candidates(const std::vector<Residuals>& at, const Mask& found, const std::vector<double>& limit) {
   Grid stands_out = Grid::Zero(found.rows(), found.cols()), most = stands_out;
   for (std::size_t i = 0; i < at.size(); ++i) {
@@ -310,8 +309,7 @@ Grid candidates(const std::vector<Residuals>& at, const Mask& found, const std::
   return stands_out;
 }
 
-// Those regions that end at an edge: their samples do not continue what lies outside, neither straight nor
-// bent.
+// Keeps the regions that end at an edge: their samples continue the outside neither as a line nor as a bend.
 Mask with_edges(const Samples& samples, const Grid& stands_out) {
   const Grid& value = samples.value();
   Mask kept = Mask::Constant(value.rows(), value.cols(), false);
@@ -345,7 +343,7 @@ Mask with_edges(const Samples& samples, const Grid& stands_out) {
         region.push_back({r + row, c + column});
       }
     }
-    if (region.size() == 1) edges = straight_edges;  // a bend is wider
+    if (region.size() == 1) edges = straight_edges;  // a bend is wider than one sample
     if (edges.empty() || median_of(&edges) > (samples.profile() ? kSharpOnAProfile : kSharp))
       for (const auto& [r, c] : region) kept(r, c) = true;
   }
@@ -366,7 +364,7 @@ Outliers search(Samples samples) {
   std::vector<double> limit;
   for (const Index d : at) limit.push_back(threshold(samples, result.tested, d, at.size()));
   result.threshold = limit.front();
-  // Samples at the rim are told from those inside, which have to be clean first.
+  // Samples at the rim are predicted from samples inside, which must be clean first.
   std::vector<Residuals> residuals;
   for (const Index d : at) residuals.emplace_back(samples, d);
   for (const bool continued : {false, true}) {

@@ -10,13 +10,14 @@ Eigen::ArrayXd OrdinateBins::mean(const Eigen::ArrayXd& ordinate) const {
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(size());
   for (std::size_t i = 0; i < of.size(); ++i)
     if (of[i] >= 0) sum[of[i]] += ordinate[Eigen::Index(i)];
-  return sum / (2 * count);  // both of each conjugate pair were added
+  return sum / (2 * count);  // each conjugate pair was added twice
 }
 
 OrdinateBins logarithmic_bins(const OrdinateGrid& grid, int bins_per_decade,
                               const std::vector<char>& left_out) {
   const double top = grid.top() * (1 - 1e-9), ratio = std::pow(10, 1.0 / bins_per_decade);
-  const double first = grid.resolution() / std::sqrt(ratio);  // the lowest ordinate stands mid-bin
+  // This puts the lowest ordinate in the middle of its bin.
+  const double first = grid.resolution() / std::sqrt(ratio);
   OrdinateBins bins;
   bins.of.assign(std::size_t(grid.size()), -1);
   const int steps = int(std::log(top / first) / std::log(ratio)) + 1;
@@ -31,7 +32,7 @@ OrdinateBins logarithmic_bins(const OrdinateGrid& grid, int bins_per_decade,
     kept[std::size_t(bin)] += 0.5;
     sum[std::size_t(bin)] += 0.5 * f;
   }
-  // Steps without any ordinate are shared by their neighbours, so that bins meet.
+  // Empty steps are divided between their neighbours, so that bins adjoin.
   std::vector<double> low, high;
   std::vector<int> place(std::size_t(steps), -1), filled;
   for (int b = 0; b < steps; ++b)
@@ -90,8 +91,7 @@ Eigen::MatrixXd bin_covariance(const OrdinateGrid& grid, const OrdinateBins& bin
         sum(b, c) +=
             std::norm(low.covariance(r, s)) / (low.covariance(r, r).real() * low.covariance(s, s).real());
     }
-  // The sum ran over k of both halves of the plane, and over l, -l of each pair once each: half of it is
-  // wanted.
+  // The sum contains k of both halves of the plane, and l and -l of each pair; half of it is needed.
   for (Eigen::Index b = 0; b < bins.size(); ++b)
     for (Eigen::Index c = 0; c < bins.size(); ++c) sum(b, c) /= 2 * bins.count[b] * bins.count[c];
   return 0.5 * (sum + sum.transpose());

@@ -11,51 +11,48 @@
 
 namespace aberfit::internal {
 
-/// Rows by columns of the windowed samples.
 using ComplexGrid = Eigen::Array<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// What a surface goes through on its way to the Fourier transform, for one geometry: sampling, integration
-/// of slopes, detrending, bridging of holes, resampling, window. All but the ellipse is linear, so that the
-/// way of a plane wave tells the way of every surface.
+/// The processing of a surface before the Fourier transform, for one geometry: sampling, integration of
+/// slopes, detrending, bridging of holes, resampling, window. All but the ellipse is linear.
 class SurfaceProcessing {
  public:
   virtual ~SurfaceProcessing() = default;
-  /// Windowed samples of the surface exp(2 pi i (u step_x x + v step_y y)).
+  /// Returns the windowed samples of the surface exp(2 pi i (u step_x x + v step_y y)).
   virtual ComplexGrid wave(double u, double v) const = 0;
-  /// Its discrete Fourier transform.
+  /// Returns the discrete Fourier transform of `wave`.
   virtual ComplexGrid wave_transform(double u, double v) const;
 
   OrdinateGrid grid;
   Eigen::ArrayXd window_x, window_y;  ///< window_y is a single 1 for a profile
 
-  /// sum over samples of the squared window.
+  /// Returns the sum over samples of the squared window.
   double window_power() const { return window_x.square().sum() * window_y.square().sum(); }
-  /// |transform|^2 of windowed samples.
+  /// Returns |transform|^2 of windowed samples.
   Eigen::ArrayXd power(ComplexGrid windowed) const;
   void apply_window(ComplexGrid* samples) const;
 
  protected:
-  void prepare(WindowKind window);  ///< once `grid` is known
+  void prepare(WindowKind window);  ///< requires `grid`
 
  public:
   std::unique_ptr<FourierTransform> transform;
-  /// Per ordinate, what its amplitude is multiplied by to undo the integration of slopes; empty: nothing to
-  /// undo.
+  /// Factor for the amplitude of each ordinate that undoes the integration of slopes; empty: none.
   Eigen::ArrayXd restored;
 
  private:
   void transform_and_restore(ComplexGrid* windowed) const;
 };
 
-/// Samples of an even grid of about that pitch over ascending positions, two or more. Throws
-/// std::invalid_argument naming the widest gap where there are more than 2^26.
+/// Returns the number of samples, at least 2, of an even grid of about that pitch over ascending positions.
+/// Throws std::invalid_argument that names the widest gap if there are more than 2^26.
 int even_samples(const Eigen::ArrayXd& x, double pitch);
 
 class ProfileProcessing : public SurfaceProcessing {
  public:
   ProfileProcessing(const Profile& geometry, const PsdEstimatorOptions& options);
   ComplexGrid wave(double u, double v) const override;
-  /// Windowed samples of heights that are detrended already.
+  /// Returns the windowed samples of detrended heights.
   ComplexGrid windowed(const Profile& detrended_heights) const;
 
  private:
@@ -64,14 +61,14 @@ class ProfileProcessing : public SurfaceProcessing {
 
   ProfileQuantity quantity_;
   std::vector<Eigen::Index> valid_;
-  Eigen::ArrayXd x_;       // of the valid samples, from the first
-  Eigen::MatrixXd basis_;  // orthonormal shapes to take off, valid x count
+  Eigen::ArrayXd x_;       // positions of the valid samples, relative to the first
+  Eigen::MatrixXd basis_;  // orthonormal shapes to subtract, valid x count
   struct Knot {
     double x;
     Eigen::Index left;
-    double share;  // of sample left + 1
+    double share;  // weight of sample left + 1
   };
-  std::vector<Knot> knots_;  // valid samples and stand-ins for the missing ones
+  std::vector<Knot> knots_;  // valid samples and substitutes for the missing ones
   bool even_ = true;
   double pitch_ = 0;
 };
@@ -81,14 +78,14 @@ class MapProcessing : public SurfaceProcessing {
   MapProcessing(const HeightMap& geometry, const PsdEstimatorOptions& options);
   ComplexGrid wave(double u, double v) const override;
   ComplexGrid wave_transform(double u, double v) const override;
-  /// The part of the map that is estimated from: largest rectangle inside its outline.
+  /// Returns the part of the map that is used: the largest rectangle inside its outline.
   HeightMap region(const HeightMap& map) const;
-  /// Windowed samples of a region that is detrended already.
+  /// Returns the windowed samples of a detrended region.
   ComplexGrid windowed(const HeightMap& detrended_region) const;
 
  private:
   void bridge(ComplexGrid* samples) const;
-  // x(i) y(j) - sum_ab shape(a, b) P_a(i) P_b(j): a detrended wave, holes apart.
+  // A detrended wave without holes: x(i) y(j) - sum_ab shape(a, b) P_a(i) P_b(j).
   struct Separable {
     Eigen::VectorXcd x, y;
     Eigen::MatrixXcd shape;
@@ -96,9 +93,9 @@ class MapProcessing : public SurfaceProcessing {
   Separable separable(double u, double v) const;
 
   Eigen::Index row_ = 0, column_ = 0;
-  std::vector<int> holes_;  // places in the grid
+  std::vector<int> holes_;  // indices in the grid
   struct Link {
-    int hole, from;  // index in holes_, place in the grid
+    int hole, from;  // index in holes_, index in the grid
     double weight;
   };
   std::vector<Link> links_;  // valid neighbours of the holes
@@ -107,15 +104,14 @@ class MapProcessing : public SurfaceProcessing {
   std::vector<std::pair<int, int>> products_;
   Eigen::MatrixXd inverse_gram_;
   std::unique_ptr<FourierTransform> along_x_, along_y_;
-  Eigen::MatrixXcd across_transform_, down_transform_;  // of the windowed polynomials
+  Eigen::MatrixXcd across_transform_, down_transform_;  // transforms of the windowed polynomials
 };
 
-/// Rectangle of whole pixels.
 struct PixelRectangle {
   Eigen::Index row = 0, column = 0, rows = 0, columns = 0;
 };
-/// Largest axis-aligned rectangle inside the outline of the valid points: holes that do not reach the border
-/// of the valid area count as inside, unless one takes more than 5 % of the rectangle.
+/// Returns the largest axis-aligned rectangle inside the outline of the valid points. Holes that do not reach
+/// the border of the valid area count as inside, unless one takes more than 5 % of the rectangle.
 PixelRectangle largest_inner_rectangle(const HeightMap& map);
 
 }  // namespace aberfit::internal

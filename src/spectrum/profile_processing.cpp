@@ -14,13 +14,13 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kEvenToRounding = 1e-6;  // of the pitch
+constexpr double kEvenToRounding = 1e-6;  // fraction of the pitch
 constexpr Eigen::Index kFewestSamples = 16;
-// Share of a wave's power that has to be left after the trapezoid rule for it to be restored: up to 0.82 of
-// the Nyquist frequency. Below, noise and what is aliased would be restored more than the wave.
+// Smallest fraction of a wave's power after the trapezoid rule for which it is restored; it corresponds to
+// 0.82 of the Nyquist frequency. A smaller limit would amplify noise and aliasing more than the wave.
 constexpr double kLeastTransfer = 0.1;
 
-// Natural cubic spline through (x, y) at n even points x[0] + i pitch.
+// Natural cubic spline through (x, y), evaluated at n even points x[0] + i pitch.
 Eigen::VectorXcd resampled(const std::vector<double>& x, const Eigen::VectorXcd& y, double pitch, int n) {
   const int m = int(x.size());
   Eigen::VectorXcd bend = Eigen::VectorXcd::Zero(m);  // second derivatives, by the Thomas algorithm
@@ -73,8 +73,7 @@ ProfileProcessing::ProfileProcessing(const Profile& geometry, const PsdEstimator
     if (!(x_[i] > x_[i - 1])) throw std::invalid_argument("profile.x must ascend strictly");
   const double pitch = median_pitch(geometry);
   const int samples = even_samples(x_, pitch);
-  // A step of two or more pitches holds missing samples, whether the file gives them as invalid or not at
-  // all.
+  // A step of two or more pitches contains missing samples, listed as invalid in the file or omitted.
   for (Eigen::Index i = 0; i < n; ++i) {
     knots_.push_back({x_[i], i, 0});
     if (i + 1 == n) break;
@@ -101,7 +100,7 @@ ProfileProcessing::ProfileProcessing(const Profile& geometry, const PsdEstimator
   if (quantity_ == ProfileQuantity::kSlope) undo_integration();
 }
 
-// The trapezoid rule leaves x cot(x) of a wave, x = pi f pitch (its own integral over that of its samples).
+// The trapezoid rule multiplies a wave by x cot(x), x = pi f pitch: the integral of its samples over its own.
 void ProfileProcessing::undo_integration() {
   restored = Eigen::ArrayXd::Ones(grid.cols);
   const double least = std::sqrt(kLeastTransfer);
@@ -135,8 +134,8 @@ ComplexGrid ProfileProcessing::wave(double u, double) const {
   Eigen::VectorXcd heights(x_.size());
   for (Eigen::Index i = 0; i < x_.size(); ++i) heights[i] = std::polar(1.0, 2 * kPi * f * (x_[i] - x_[0]));
   if (quantity_ == ProfileQuantity::kSlope) {
-    // The instrument sees the slope 2 pi i f exp(); the trapezoid rule makes a height of it again. Slopes
-    // that are bridged linearly integrate to one trapezoid across the hole.
+    // The instrument measures the slope 2 pi i f exp(), and the trapezoid rule integrates it. A linear bridge
+    // of the slopes across a hole integrates to one trapezoid.
     const std::complex<double> derivative(0, 2 * kPi * f);
     std::complex<double> sum = 0, before = derivative * heights[0];
     heights[0] = 0;

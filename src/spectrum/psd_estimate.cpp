@@ -30,8 +30,8 @@ bool same_valid(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
   return a.size() == b.size() && (a.isFinite() == b.isFinite()).all();
 }
 
-// Derivatives on uneven positions, by the parabola through a point and its neighbours; at both ends by that
-// of the three last points, or the straight line through two.
+// Derivatives on uneven positions, from the parabola through a point and its neighbours. Both ends use the
+// parabola through the last three points, or the line through the last two.
 Eigen::ArrayXd derivative_of(const Eigen::ArrayXd& x, const Eigen::ArrayXd& z, bool parabola_at_ends) {
   const Eigen::Index n = x.size();
   Eigen::ArrayXd slope(n);
@@ -56,7 +56,7 @@ double rms_of_finite(const Eigen::ArrayXd& values) {
   return count > 0 ? std::sqrt(values.isFinite().select(values.square(), 0.0).sum() / count) : 0;
 }
 
-// Of the detrended surface; slopes lose the derivative of what their heights have lost.
+// RMS slope of the detrended surface; slopes lose the derivative of the shape subtracted from their heights.
 double slope_rms(const Profile& profile, const Profile& heights, const Profile& detrended) {
   if (profile.quantity == ProfileQuantity::kHeight)
     return rms_of_finite(derivative_of(profile.x, detrended.value, false));
@@ -67,7 +67,7 @@ double slope_rms(const Profile& profile, const Profile& heights, const Profile& 
   return rms_of_finite(profile.value(valid) - derivative_of(profile.x(valid), shape, true));
 }
 
-// Along x and along y; NaN where no point has both its neighbours.
+// RMS slopes along x and along y; NaN if no point has both neighbours.
 std::pair<double, double> slopes_rms(const HeightMap& detrended) {
   double sum[2] = {0, 0}, count[2] = {0, 0};
   const Grid& z = detrended.height;
@@ -111,7 +111,7 @@ void trust_up_to_the_edge(PsdEstimate* estimate) {
            edge->exponent_below)});
 }
 
-// Of profiles: the holes of a map leak, too, and no window helps against those.
+// For profiles only: the holes of a map leak as well, and no window reduces that.
 void warn_of_the_window(PsdEstimate* estimate) {
   const std::optional<WindowLeak> leak = window_leak(*estimate);
   if (!leak) return;
@@ -139,7 +139,7 @@ SurfaceRms surface_rms(const HeightMap& map, const DetrendOptions& options) {
 }
 
 struct PsdEstimator::Plan {
-  // Bins without the ordinates of lines, and what is to be known of them.
+  // Bins without the ordinates of lines, with their response and covariance.
   struct Binning {
     std::vector<char> left_out;
     OrdinateBins bins;
@@ -177,12 +177,12 @@ struct PsdEstimator::Plan {
     return made;
   }
 
-  // Surfaces of one machine have their lines in one place: the last few answers are kept.
+  // Surfaces from one machine have their lines at the same frequencies, so the last few results are kept.
   static constexpr std::size_t kKept = 8;
   mutable std::mutex kept_mutex;
   mutable std::deque<std::shared_ptr<const Binning>> kept;
 
-  mutable std::shared_ptr<const PsdEstimator> further;  // with more taken off; none yet
+  mutable std::shared_ptr<const PsdEstimator> further;  // estimator with more detrending; null until needed
 
   template <class Measured>
   std::shared_ptr<const PsdEstimator> further_than(const Measured& geometry,
@@ -216,7 +216,7 @@ struct PsdEstimator::Plan {
     return 2 * pitch / processing().window_power() *
            processing().power(profile_processing->windowed(detrended));
   }
-  // Of a map with `shape` taken off the part that is estimated from, two-sided [m^4].
+  // Periodogram of the region of a map after subtraction of `shape`, two-sided [m^4].
   Eigen::ArrayXd ordinates(const HeightMap& measured, const DetrendOptions& shape) const {
     return measured.pitch_x * measured.pitch_y / processing().window_power() *
            processing().power(map_processing->windowed(detrend(map_processing->region(measured), shape)));
@@ -295,7 +295,7 @@ void PsdEstimator::trust_from_the_shape(const Measured& measured, const std::vec
     return left_out.empty() ? plan.binned(ordinate, plan.whole)
                             : plan.binned(ordinate, *plan.without(left_out));
   };
-  // The response to the further degrees is worked out only where it may decide.
+  // The response with further degrees is computed only if it can change the result.
   if (!may_leak(*result, bins(*plan_).psd)) return;
   const std::optional<ShapeLeak> leak =
       shape_leak(*result, bins(*plan_->further_than(measured, more)->plan_));

@@ -20,12 +20,12 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// A factor e either way, one standard deviation: such a number is not known.
+// Largest standard deviation of the logarithm of a determined parameter: a factor e either way.
 constexpr double kLargestLogStd = 1.0;
-// A richer family must win by this much of the criterion, else the simpler one is taken.
+// A richer family must improve the criterion by this much.
 constexpr double kWorthwhile = 2.0;
-// Where no family describes the data, one with undetermined parameters must win by this over those without:
-// "strong" evidence (Kass and Raftery 1995).
+// If no family describes the data, one with undetermined parameters must be better by this much ("strong"
+// evidence, Kass and Raftery 1995).
 constexpr double kMuchBetter = 6.0;
 constexpr Index kCurvePoints = 257;
 
@@ -40,7 +40,7 @@ double chi_squared_quantile(double probability, double freedom) {
   return boost::math::quantile(boost::math::chi_squared(freedom), probability);
 }
 
-// A family's limit, and what of the family the data do not determine where the limit does as well.
+// The limit of a family, and the parameters that are undetermined if the limit does as well.
 struct Limit {
   PsdFamily family;
   int freedom;  // parameters that lose their meaning there
@@ -54,8 +54,7 @@ struct Limit {
 };
 
 std::vector<Limit> limits_of(PsdFamily family) {
-  // Index of theta: k-correlation 0 level, 1 log B, 2 log exponent; power law 0 level, 1 exponent; then the
-  // floor.
+  // Indices in theta: k-correlation level, log B, log exponent; power law level, exponent; then the floor.
   switch (family) {
     case PsdFamily::kKCorrelation:
       return {{PsdFamily::kUniform,
@@ -105,8 +104,8 @@ class Fitter {
         .first->second;
   }
 
-  // Fits once more from where another fitter ended: least squares of logs see valleys that the likelihood,
-  // steep as the bins' thousands of degrees of freedom make it, hides behind ridges.
+  // Repeats the fits from the results of another fitter. Least squares of the logarithms finds minima that
+  // the likelihood misses, because thousands of degrees of freedom make it steep.
   void retry(Fitter& from) {
     for (auto& [family, fit] : fits_) {
       const VectorXd& start = from.fit(family).theta;
@@ -125,9 +124,9 @@ class Fitter {
     return parameter_count(PsdShape{family, band_.kind, band_.f_min, band_.f_max});
   }
 
-  // AICc; Takeuchi's form of the penalty, because bins that correlate inflate likelihood ratios
-  // (`overdispersion`), and independent bins as sample size. With a model error the inflation would be that
-  // of each family's own misses, a reward for simple families; tau counts as a parameter.
+  // AICc with independent bins as sample size and Takeuchi's form of the penalty, because correlated bins
+  // inflate likelihood ratios (`overdispersion`). With a model error, that inflation would come from the
+  // misfit of each family and favour simple families. It is then omitted, and tau counts as a parameter.
   PsdCandidate candidate(PsdFamily family) {
     const PsdShapeFit& shape = fit(family);
     PsdCandidate candidate{family, count(family), shape.log_likelihood, kInfinity};
@@ -138,9 +137,8 @@ class Fitter {
     return candidate;
   }
 
-  // Simplest family within reach of the best of those whose every parameter the data determine; where these
-  // all fail to describe the data and another does not, that one. With a model error, the best of all where
-  // it is much better.
+  // Chooses the simplest family within kWorthwhile of the best with determined parameters, or any family if
+  // only it describes the data. With a model error, the best of all is chosen if it is much better.
   PsdFamily choose(PsdModelFit* result) {
     std::vector<PsdCandidate> known, all;
     for (const PsdFamily family : kFamilies) {
@@ -160,7 +158,7 @@ class Fitter {
     return better ? any : certain;
   }
 
-  // Steps down to the limits that do as well, noting what is thereby unknown.
+  // Replaces a family by its limit where that does as well, and records what is thereby undetermined.
   PsdFamily reduce(PsdFamily family, PsdModelFit* result) {
     for (const Limit& limit : limits_of(family)) {
       const PsdShapeFit &full = fit(family), &less = fit(limit.family);
@@ -242,8 +240,7 @@ class Fitter {
     return chosen->family;
   }
 
-  // A profile of constant S1 is no limit of low knees: the surface's exponent would be 1 there, and its level
-  // undetermined.
+  // A profile of constant S1 is no limit of low knees: the surface would have exponent 1 and no level.
   bool level_profile(const PsdShapeFit& fit) const {
     const bool power =
         fit.shape.family == PsdFamily::kPowerLaw || fit.shape.family == PsdFamily::kPowerLawAndFloor;
@@ -251,12 +248,11 @@ class Fitter {
            !(fit.theta[1] - 1 > 2 * std::sqrt(fit.covariance(1, 1)));
   }
 
-  // The row of a parameter that the data only bound.
   PsdParameter bounded(const PsdShapeFit& full, const Limit::Unknown& unknown, double inflation) const {
     PsdParameter row{unknown.name, unknown.unit, kNaN, kNaN, unknown.name == "exponent" ? -kInfinity : 0,
                      kInfinity,    false};
     if (unknown.direction == 0) return row;
-    // One-sided: the two-sided interval of 2 confidence - 1 ends there.
+    // The one-sided bound is an end of the two-sided interval with confidence 2 confidence - 1.
     const double drop = 0.5 * inflation * chi_squared_quantile(2 * options_.confidence - 1, 1);
     const double at =
         profile_bound(band_, full, unknown.internal, unknown.direction, drop, options_.max_iterations);
@@ -276,7 +272,7 @@ class Fitter {
     result->expected = estimate_.response(Eigen::all, nodes) *
                        shape_values(shape.shape, shape.theta, band_.node).value.matrix();
     result->spectrum = shape_values(shape.shape, shape.theta, estimate_.frequency).value;
-    // Closer towards the ends, where a uniform surface's profile falls to zero.
+    // The points are denser towards the ends, where the profile of a uniform surface falls to zero.
     const double middle = 0.5 * std::log(band_.f_min * band_.f_max),
                  half = 0.5 * std::log(band_.f_max / band_.f_min);
     const Eigen::ArrayXd f = (middle - half * Eigen::ArrayXd::LinSpaced(kCurvePoints, 0, kPi).cos()).exp();
@@ -288,8 +284,7 @@ class Fitter {
       }
   }
 
-  // Standard deviation of a coordinate. A parameter at the end of its range counts as known there for the
-  // others, and as unknown itself.
+  // Standard deviation of a coordinate; a parameter at the end of its range is known for others, not itself.
   static double deviation(const PsdShapeParameter& parameter, const Eigen::MatrixXd& covariance) {
     if (parameter.internal >= 0 && std::isinf(covariance(parameter.internal, parameter.internal)))
       return kInfinity;
@@ -301,7 +296,7 @@ class Fitter {
     return std::sqrt(variance);
   }
 
-  // An amplitude extrapolated over decades is uncertain by factors and yet known.
+  // An amplitude extrapolated over decades is uncertain by large factors but still determined.
   static bool determined(const PsdShapeParameter& parameter, double std) {
     return parameter.name == "amplitude" ? std::isfinite(std) : std <= kLargestLogStd;
   }
@@ -321,8 +316,8 @@ class Fitter {
     return "nothing is known about it";
   }
 
-  // Wald intervals in the coordinate (mostly the logarithm), where the likelihood is closest to a parabola;
-  // from the profile of the likelihood where it is none.
+  // Wald intervals in the coordinate (mostly the logarithm), where the likelihood is closest to a parabola.
+  // The profile likelihood is used where it is not parabolic.
   void add_parameters(const PsdShapeFit& shape, PsdModelFit* result) const {
     const double z = boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * options_.confidence);
     std::vector<PsdParameter> rows;
@@ -413,7 +408,8 @@ PsdModelFit fit_psd_model(const PsdEstimate& estimate, const PsdFitOptions& opti
   finish(fitter, family, &result);
   if (fitter.describes(result.family)) return result;
 
-  // Sampling errors do not explain the residuals: the bins of most ordinates would have it all their way.
+  // Sampling errors do not explain the residuals; bins with most ordinates would dominate without a model
+  // error.
   PsdModelFit allowed;
   family = chosen(allowing, &allowed);
   if (allowing.fit(family).theta.size() == 0) return result;

@@ -19,8 +19,9 @@ using Eigen::ArrayXd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kKneeReach = 50;        // how far outside the band a knee is looked for
-constexpr double kLargestExponent = 16;  // 2-D; steeper than any polish, and than what windows let through
+constexpr double kKneeReach = 50;  // factor outside the band up to which a knee is sought
+// 2-D; larger than that of any polished surface, and than windows resolve.
+constexpr double kLargestExponent = 16;
 
 enum class Part { kKnee, kPower, kUniform, kFloor };
 
@@ -31,7 +32,7 @@ struct PlacedPart {
   int at, count;  // its parameters in theta
 };
 
-// In the order of PsdFamily; kAuto is no shape.
+// In the order of PsdFamily; kAuto has no shape.
 std::vector<PlacedPart> parts_of(PsdFamily family) {
   assert(family != PsdFamily::kAuto);
   static const std::vector<Part> kParts[] = {{},
@@ -52,10 +53,10 @@ std::vector<PlacedPart> parts_of(PsdFamily family) {
 
 bool is_profile(const PsdShape& shape) { return shape.kind == PsdTableKind::k1dOneSided; }
 
-// log of S and its derivatives; `out` holds the columns of one part.
+// The following functions return S and its derivatives by theta; `out` or `d` holds the columns of one part.
 using Columns = Eigen::Ref<MatrixXd>;
 
-// (1 + (Bf)^2)^(-c/2), 1 at the pivot.
+// (1 + (Bf)^2)^(-c/2), normalised to 1 at the pivot.
 ArrayXd knee_values(const PsdShape& shape, const double* theta, const ArrayXd& f, Columns d) {
   const double B = std::exp(theta[1]), c = std::exp(theta[2]);
   const double x0 = std::pow(B * shape.pivot(), 2), log0 = std::log1p(x0), share0 = x0 / (1 + x0);
@@ -77,7 +78,7 @@ ArrayXd power_values(const PsdShape& shape, const double* theta, const ArrayXd& 
   return value;
 }
 
-// A band of constant S2 up to f_max: over a line, S1 = 4 P0 sqrt(f_max^2 - f^2).
+// Constant S2 up to f_max; its profile is S1 = 4 P0 sqrt(f_max^2 - f^2).
 ArrayXd uniform_values(const PsdShape& shape, const double* theta, const ArrayXd& f, Columns d) {
   ArrayXd value = ArrayXd::Constant(f.size(), std::exp(theta[0]));
   if (is_profile(shape)) {
@@ -94,8 +95,8 @@ ArrayXd floor_values(const double* theta, const ArrayXd& f, Columns d) {
   return value;
 }
 
-// log K, K = Gamma((C+1)/2) / (2 sqrt(pi) Gamma(C/2)): S2 = K A B (1 + (Bf)^2)^(-(C+1)/2) has the profiles
-// S1 = A (1 + (Bf)^2)^(-C/2) (k_correlation.h), and S2 = K A f^-(C+1) those of S1 = A f^-C.
+// log K, K = Gamma((C+1)/2) / (2 sqrt(pi) Gamma(C/2)). S2 = K A B (1 + (Bf)^2)^(-(C+1)/2) has the profile S1
+// = A (1 + (Bf)^2)^(-C/2) (k_correlation.h), and S2 = K A f^-(C+1) the profile S1 = A f^-C.
 double log_abel(double C) {
   return boost::math::lgamma(0.5 * (C + 1)) - boost::math::lgamma(0.5 * C) - std::log(2 * std::sqrt(kPi));
 }
@@ -103,7 +104,7 @@ double log_abel_derivative(double C) {
   return 0.5 * (boost::math::digamma(0.5 * (C + 1)) - boost::math::digamma(0.5 * C));
 }
 
-// The part as a surface: S2 [m^4] at f and its derivatives. Not for the floor of a profile.
+// Surface PSD S2 [m^4] of a part at f, with derivatives; not for the floor of a profile.
 ArrayXd surface_values(const PsdShape& shape, Part part, const double* theta, const ArrayXd& f, Columns d) {
   PsdShape map = shape;
   map.kind = PsdTableKind::k2dTwoSided;
@@ -143,7 +144,7 @@ ArrayXd surface_values(const PsdShape& shape, Part part, const double* theta, co
   return {};
 }
 
-// log of the RMS inside the band of one part.
+// Returns the log of the RMS of one part inside the band.
 PsdShapeParameter rms_parameter(const PsdShape& shape, Part part, const VectorXd& theta, int at,
                                 const std::string& name) {
   PsdShapeParameter rms{name, "m", true, 0, 0, VectorXd::Zero(theta.size()), -1};
@@ -152,7 +153,7 @@ PsdShapeParameter rms_parameter(const PsdShape& shape, Part part, const VectorXd
     rms.gradient[at] = 0.5;
     return rms;
   }
-  // Panels of a third of an octave to an octave in log f: exp and log1p of it are entire to well beyond.
+  // Panels of up to an octave in log f, where the integrand is smooth, with 12 Gauss-Legendre nodes.
   const double from = std::log(shape.f_min), to = std::log(shape.f_max);
   const int panels = std::max(1, int(std::ceil((to - from) / std::numbers::ln2)));
   const Quadrature rule = gauss_legendre(12, 0, (to - from) / panels);
@@ -178,10 +179,10 @@ PsdShapeParameter internal_parameter(const VectorXd& theta, int at, const std::s
   return parameter;
 }
 
-// log S2 at 1 cycle/m of the power law.
+// Returns log S2 of the power law at 1 cycle/m.
 PsdShapeParameter amplitude_parameter(const PsdShape& shape, const VectorXd& theta, int at) {
   PsdShapeParameter amplitude{"amplitude", "m^4", true, 0, 0, VectorXd::Zero(theta.size()), -1};
-  // At the pivot, then carried on as a power: 1 cycle/m itself may be decades away.
+  // S2 is evaluated at the pivot and extrapolated as a power, because 1 cycle/m may be decades away.
   MatrixXd d(1, 2);
   const double s =
       surface_values(shape, Part::kPower, theta.data() + at, ArrayXd::Constant(1, shape.pivot()), d)[0];
@@ -231,7 +232,7 @@ PsdShapeBounds shape_bounds(const PsdShape& shape, double floor_level) {
   const double profile = is_profile(shape) ? 1 : 0;
   PsdShapeBounds bounds{VectorXd(n), VectorXd(n)};
   for (const auto& [part, at, count] : parts_of(shape.family)) {
-    // The level at the pivot of a steep part may lie far below the others.
+    // At the pivot, the level of a steep part may be far below the others.
     const double lowest = std::log(floor_level), reach = 200;
     bounds.lower[at] = part == Part::kFloor ? lowest : lowest - reach;
     bounds.upper[at] = lowest + reach;
@@ -241,7 +242,7 @@ PsdShapeBounds shape_bounds(const PsdShape& shape, double floor_level) {
       bounds.lower[at + 2] = std::log(0.1);
       bounds.upper[at + 2] = std::log(kLargestExponent - profile);
     } else if (part == Part::kPower) {
-      // A profile of a surface with b <= 1 has no finite PSD.
+      // For b <= 1 the profile PSD of the surface diverges.
       bounds.lower[at + 1] = profile > 0 ? 1.02 : -4;
       bounds.upper[at + 1] = kLargestExponent;
     }

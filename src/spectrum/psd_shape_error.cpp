@@ -15,12 +15,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A model error below a thousandth is none; one above e^3 is not looked for.
+// Limits of the search for tau: a smaller model error counts as none.
 constexpr double kLeast = 1e-3, kMost = 20;
-// Steps of about the bins' spacing (12 a decade) up to half a decade.
+// Correlation lengths in log f, from about the bin spacing (12 per decade) to half a decade.
 const double kLengths[] = {0, 0.15, 0.3, 0.6, 1.2};
 constexpr int kScan = 10;
-constexpr int kBits = 10;  // of log tau: 1e-3
+constexpr int kBits = 10;  // precision of log tau: 1e-3
 
 MatrixXd correlation(const ArrayXd& frequency, double length) {
   const Index n = frequency.size();
@@ -31,8 +31,7 @@ MatrixXd correlation(const ArrayXd& frequency, double length) {
   return R;
 }
 
-// Minus twice the restricted log-likelihood of r ~ N(0, covariance) beside the columns of G, up to a
-// constant.
+// Minus twice the restricted log-likelihood of r ~ N(0, covariance) with regressors G, less a constant.
 double restricted_deviance(const MatrixXd& covariance, const VectorXd& r, const MatrixXd& G) {
   const Cholesky root(covariance);
   if (!root.positive()) return kInfinity;
@@ -46,7 +45,7 @@ double restricted_deviance(const MatrixXd& covariance, const VectorXd& r, const 
          projected.squaredNorm();
 }
 
-// Minimum over log tau: flat towards zero with a ditch where the error is, so looked for step by step first.
+// Minimum over log tau: flat towards zero with a narrow minimum, so a scan precedes the refinement.
 template <class Function>
 std::pair<double, double> least_over_log_tau(const Function& at) {
   const double from = std::log(kLeast), step = (std::log(kMost) - from) / kScan;

@@ -23,11 +23,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLowestBin = 1.5;  // resolutions; below, detrending has taken the height
-// Directions of the bins' correlation matrix below this share of its largest variance are combinations that
-// the estimator holds fixed; they carry rounding, not data.
+constexpr double kLowestBin = 1.5;  // in resolutions; below, detrending has removed the height
+// Directions of the bins' correlation matrix with a smaller fraction of its largest variance are combinations
+// that the estimator fixes. They hold rounding errors rather than data.
 constexpr double kLeastVariance = 1e-6;
-// Floors that add less than this to the lowest bin are none.
+// A floor that adds a smaller fraction to the lowest bin is treated as none.
 constexpr double kLeastFloor = 1e-6;
 
 MatrixXd inverse_on_range(const MatrixXd& symmetric) {
@@ -40,7 +40,7 @@ MatrixXd inverse_on_range(const MatrixXd& symmetric) {
          scale.asDiagonal();
 }
 
-// E = response S and G = d log E / d theta (bins x parameters); false where E is not positive.
+// E = response S and G = d log E / d theta (bins x parameters). `predict` returns false if E is not positive.
 struct Prediction {
   ArrayXd expected;
   MatrixXd gradient;
@@ -68,7 +68,7 @@ class DevianceResiduals : public ceres::CostFunction {
     if (band_.model_error > 0) return evaluate_logs(prediction, residuals, jacobians);
     for (Index b = 0; b < band_.psd.size(); ++b) {
       const double u = std::log(band_.psd[b] / prediction.expected[b]);
-      // h = (e^u - 1 - u) / u^2 and m = (e^u - 1) / u, by series near 0 where they cancel: r = u sqrt(dof h).
+      // r = u sqrt(dof h), h = (e^u - 1 - u) / u^2, m = (e^u - 1) / u; series near 0 avoid cancellation.
       const bool near = std::abs(u) < 0.02;
       const double h = near ? 0.5 + u * (1. / 6 + u * (1. / 24 + u * (1. / 120 + u / 720)))
                             : (std::expm1(u) - u) / (u * u);
@@ -76,7 +76,7 @@ class DevianceResiduals : public ceres::CostFunction {
       residuals[b] = u * std::sqrt(band_.dof[b] * h);
       if (!std::isfinite(residuals[b])) return false;
       if (jacobians && jacobians[0]) {
-        const double slope = 0.5 * std::sqrt(band_.dof[b] / h) * m;  // dr/du, and du = -d log E
+        const double slope = 0.5 * std::sqrt(band_.dof[b] / h) * m;  // dr/du; du = -d log E
         for (int p = 0; p < n; ++p) jacobians[0][b * n + p] = -slope * prediction.gradient(b, p);
       }
     }
@@ -111,7 +111,7 @@ struct Optimum {
   int iterations = 0;  // of all descents that led here
 };
 
-// One descent; parameter `fixed` (if >= 0) stays where it is.
+// Runs one descent; parameter `fixed` (if >= 0) is held constant.
 Optimum descend(const PsdBand& band, const PsdShape& shape, const PsdShapeBounds& bounds, VectorXd theta,
                 int max_iterations, int fixed = -1) {
   theta = theta.cwiseMax(bounds.lower).cwiseMin(bounds.upper);
@@ -130,8 +130,8 @@ Optimum descend(const PsdBand& band, const PsdShape& shape, const PsdShapeBounds
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = max_iterations;
-  // Relative to a cost of about half the number of bins: far below what a likelihood ratio notices, and the
-  // refinement below ends sharper.
+  // Relative to a cost of about half the number of bins, this is far below what a likelihood ratio can
+  // resolve. The refinement below converges further.
   options.function_tolerance = 1e-9;
   options.parameter_tolerance = 1e-9;
   options.gradient_tolerance = 1e-9;
@@ -145,9 +145,9 @@ Optimum descend(const PsdBand& band, const PsdShape& shape, const PsdShapeBounds
   return optimum;
 }
 
-// Straight line through log level over log f of the bins in [from, to).
+// Straight line through log level over log f, evaluated at log f = `at`.
 struct Line {
-  double level = 0, exponent = 0;  // at log f = at
+  double level = 0, exponent = 0;  // level at log f = at
 };
 Line line_through(const ArrayXd& log_f, const ArrayXd& log_level, const ArrayXd& weight, double at) {
   const double w = weight.sum(), x = (weight * log_f).sum() / w, y = (weight * log_level).sum() / w;
@@ -156,7 +156,7 @@ Line line_through(const ArrayXd& log_f, const ArrayXd& log_level, const ArrayXd&
   return {y + slope * (at - x), -slope};
 }
 
-// Starts from the levels the data would have without leakage.
+// Returns starts from the levels that the data would have without leakage.
 std::vector<VectorXd> starts(const PsdBand& band, const PsdShape& shape) {
   const ArrayXd sum = band.response.rowwise().sum();
   const ArrayXd log_level = (band.psd / sum).log();
@@ -166,7 +166,7 @@ std::vector<VectorXd> starts(const PsdBand& band, const PsdShape& shape) {
   const Line line = line_through(log_f, log_level, band.dof.min(100), pivot);
   const double profile = shape.kind == PsdTableKind::k1dOneSided ? 1 : 0;
   const double last = log_level.tail(std::max<Index>(1, log_level.size() / 8)).mean();
-  // Level and exponent of a knee at `at`: the exponent that brings the flat part down to the last bins.
+  // Returns level and exponent of a knee at `at`; the exponent connects the flat part with the last bins.
   const auto knee = [&](double share, double end) {
     const double at = low + share * (high - low);
     const ArrayXd below = (log_f < at).cast<double>();
@@ -225,8 +225,7 @@ PsdShapeBounds bounds_of(const PsdBand& band, const PsdShape& shape) {
   return shape_bounds(shape, kLeastFloor * (band.psd / band.response.rowwise().sum().array()).minCoeff());
 }
 
-// Solves G^T C^-1 (psd/E - 1) = 0 from the likelihood's maximum by Fisher scoring. Keeps the start where it
-// does not settle near it.
+// Solves G^T C^-1 (psd/E - 1) = 0 by Fisher scoring from `theta`, which stays if this does not converge.
 void refine(const PsdBand& band, const PsdShape& shape, const std::vector<int>& free, VectorXd* theta) {
   VectorXd at = *theta;
   for (int iteration = 0; iteration < 50; ++iteration) {
@@ -247,10 +246,10 @@ void refine(const PsdBand& band, const PsdShape& shape, const std::vector<int>& 
   }
 }
 
-// Best of the descents from all starts, into `fit`; false where none has a finite likelihood.
+// Stores the best of the descents from all starts in `fit`; false if none has a finite likelihood.
 bool search(const PsdBand& band, const PsdShapeBounds& bounds, const std::vector<VectorXd>& from,
             int max_iterations, PsdShapeFit* fit) {
-  // Short descents tell the basins apart; only the best is followed to its end.
+  // Short descents distinguish the minima; only the best one is continued.
   constexpr int kScouting = 12;
   Optimum best;
   for (const VectorXd& start : from) {
@@ -272,13 +271,13 @@ bool search(const PsdBand& band, const PsdShapeBounds& bounds, const std::vector
   fit->message = fmt::format("{} after {} iteration{}", best.converged ? "settled" : "not settled",
                              fit->iterations, fit->iterations == 1 ? "" : "s");
   fit->theta = best.theta;
-  // Of two knees the lower in frequency is the first.
+  // The knee of lower frequency comes first.
   if (fit->shape.family == PsdFamily::kTwoKCorrelations && fit->theta[1] < fit->theta[4])
     fit->theta << best.theta.tail(3), best.theta.head(3);
   return true;
 }
 
-// Parameters inside their range that the data feel.
+// Returns the parameters inside their range to which the data are sensitive.
 std::vector<int> free_parameters(const PsdShapeBounds& bounds, const VectorXd& theta,
                                  const MatrixXd& gradient, const ArrayXd& weight) {
   std::vector<int> free;
@@ -358,7 +357,7 @@ PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations,
         solve_symmetric(G.transpose() * W * G, MatrixXd(MatrixXd::Identity(G.cols(), G.cols())));
     const MatrixXd meat = G.transpose() * W * band.relative_covariance * W * G;
     fit.covariance(free, free) = bread * meat * bread;
-    // The likelihood's own: H = G^T D G, J = G^T D C D G, D = dof / 2.
+    // The same for the likelihood: H = G^T D G, J = G^T D C D G, D = dof / 2.
     const MatrixXd DG = (0.5 * band.dof).matrix().asDiagonal() * G;
     const MatrixXd H = G.transpose() * DG, J = DG.transpose() * band.relative_covariance * DG;
     fit.overdispersion = solve_symmetric(H, J).trace() / double(free.size());
@@ -374,9 +373,9 @@ PsdShapeFit fit_shape_with_model_error(const PsdBand& band, PsdFamily family, in
   PsdBand weighted = band;
   weighted.model_error = 1;
   std::vector<VectorXd> from = starts(band, fit.shape);
-  // The weights hardly move the curve, and the curve hardly moves them: a few turns settle both.
+  // Weights and curve hardly influence each other, so a few iterations settle both.
   constexpr int kTurns = 8;
-  constexpr double kSettled = 0.01;  // relative, of tau
+  constexpr double kSettled = 0.01;  // relative change of tau
   Prediction prediction;
   for (int turn = 0; turn < kTurns; ++turn) {
     if (!search(weighted, bounds, from, max_iterations, &fit)) return fit;
@@ -438,8 +437,8 @@ double profile_bound(const PsdBand& unweighted, const PsdShapeFit& fit, int inde
 }
 
 double goodness_of_fit(const PsdBand& band, const PsdShapeFit& fit) {
-  // Cube roots of chi-squared bins are normal to 1e-2 in probability from two degrees of freedom on (Wilson
-  // and Hilferty 1931).
+  // Cube roots of chi-squared bins are normal to 1e-2 in probability for at least two degrees of freedom
+  // (Wilson and Hilferty 1931).
   const ArrayXd spread = 2 / (9 * band.dof);
   const VectorXd score = (((band.psd / fit.expected).pow(1. / 3) - (1 - spread)) / spread.sqrt()).matrix();
   const VectorXd scale = band.relative_covariance.diagonal().cwiseSqrt();

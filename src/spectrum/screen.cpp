@@ -13,9 +13,9 @@
 namespace aberfit {
 namespace {
 
-// Heights and slopes that no mirror has, and the lengths of what instruments measure: from the smallest scan
-// of a force microscope to a telescope of 39 m or a dish of 50 m for waves of a millimetre.
-constexpr double kHighest = 0.01;                  // of the length, a parabola taken off
+// Limits of heights, slopes and lengths that mirrors can have. Lengths range from the smallest scan of a
+// force microscope to a telescope of 39 m or a dish of 50 m for millimetre waves.
+constexpr double kHighest = 0.01;                  // fraction of the length, after subtraction of a parabola
 constexpr double kSteepest = 1;                    // [rad]
 constexpr double kShortest = 1e-7, kLongest = 50;  // [m]
 
@@ -26,7 +26,7 @@ std::string with_and_without(const SurfaceRms& with, const SurfaceRms& without) 
                      angle(without.slope), angle(with.slope), length(without.height), length(with.height));
 }
 
-// "1,929 of 5,184 points (37.2 %) have the height 0 m exactly (0 in the file), ..., in 4 blocks".
+// Example: "1,929 of 5,184 points (37.2 %) have the height 0 m exactly (0 in the file), ..., in 4 blocks".
 std::string padding_words(const HeightMap& map, const Padding& one) {
   const double valid = double(valid_count(map));
   const std::string where =
@@ -41,7 +41,7 @@ std::string padding_words(const HeightMap& map, const Padding& one) {
       grouped(double(one.blocks)), one.blocks == 1 ? "block" : "blocks");
 }
 
-// Nothing is taken out: only who made the file knows what a height in it is.
+// Warns but removes nothing, because only the author of the file knows whether a height is padding.
 void warn_of_padding(const HeightMap& map, const DetrendOptions& detrend, Warnings* warnings) {
   const std::vector<Padding> padding = find_padding(map);
   if (padding.empty()) return;
@@ -80,13 +80,13 @@ void treat(Measured* data, OutlierTreatment treatment, const DetrendOptions& det
   *data = std::move(clean);
 }
 
-// Peak to valley; negative where nothing is valid.
+// Peak to valley; negative if nothing is valid.
 template <class Values>
 double span(const Values& z) {
   return z.isFinite().select(z, -kInfinity).maxCoeff() - z.isFinite().select(z, kInfinity).minCoeff();
 }
 
-// What of a length or of the heights is out of the ordinary; empty where nothing is.
+// Describes an implausible length or height; empty if both are plausible.
 std::string unusual_extent(double height, double length, const char* of) {
   const auto length_text = [](double value) { return format_quantity(value, Dimension::kLength); };
   if (length > 0 && !(length >= kShortest && length <= kLongest)) {

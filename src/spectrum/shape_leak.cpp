@@ -13,19 +13,19 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 
 constexpr int kMoreDegrees = 4;
-constexpr double kSurely = 8;  // steps of frequency from which on roughness keeps its power
-constexpr double kKept = 0.1;  // share of a bin's response that may go with further degrees
-constexpr double kLeaks = 2;   // the bin falls by this
+constexpr double kSurely = 8;  // frequency steps above which further detrending keeps the power of roughness
+constexpr double kKept = 0.1;  // fraction of a bin's response that further degrees may remove
+constexpr double kLeaks = 2;   // factor by which a leaking bin falls
 constexpr double kSuspicious = 1.5;
-constexpr double kFalls = 4;            // of a bin among the lowest
-constexpr double kAboveLine = 3;        // such a bin over the line, and
-constexpr double kChanceOfRise = 1e-5;  // the chance of it
-constexpr double kErrors = 3;           // of the line, that count as chance
-constexpr double kLowest = 1.5;         // steps of frequency: no fit uses what lies below
-constexpr double kClean = 0.14;         // |log| of the fall of bins that no shape reaches
-constexpr Index kCleanBins = 2;         // in a row
+constexpr double kFalls = 4;            // the same for a bin below kSurely
+constexpr double kAboveLine = 3;        // factor of such a bin over the line
+constexpr double kChanceOfRise = 1e-5;  // and its probability by chance
+constexpr double kErrors = 3;           // errors of the line that count as chance
+constexpr double kLowest = 1.5;         // frequency steps; fits use no bin below
+constexpr double kClean = 0.14;         // largest |log| of the change of a bin without leakage
+constexpr Index kCleanBins = 2;         // number in a row
 constexpr Index kFewestAbove = 6;
-constexpr double kLineDecade = 2.31;  // of log f
+constexpr double kLineDecade = 2.31;  // in log f
 
 Index first_sure(const PsdEstimate& estimate) {
   Index b = 0;
@@ -33,11 +33,11 @@ Index first_sure(const PsdEstimate& estimate) {
   return b;
 }
 
-// Power law through the bins of the decade from bin `first` on, log level = at + slope u, u = log(f/f_first):
-// what it promises of the bins below, with its error.
+// Power law through the decade of bins from `first` on, log level = at + slope u, u = log(f/f_first), with
+// the error of its extrapolation to the bins below.
 struct LeakFreeLine {
   double at = 0, slope = 0;
-  double dof = 0, mean = 0, spread = 0;  // of u: weighted by degrees of freedom
+  double dof = 0, mean = 0, spread = 0;  // of u, weighted by degrees of freedom
 
   double error_at(double u) const { return std::sqrt(2 / dof + 2 * (u - mean) * (u - mean) / spread); }
 };
@@ -56,19 +56,18 @@ LeakFreeLine line_from(const PsdEstimate& estimate, const ArrayXd& psd, Index fi
   return {(y - slope * x) / n, slope, n, x / n, spread};
 }
 
-// Expectations of the bins where S falls as f^slope from 1 at `from` on.
+// Expectations of the bins if S falls as f^slope, with S = 1 at `from`.
 ArrayXd expected(const PsdEstimate& estimate, double slope, double from) {
   const ArrayXd f = estimate.node_frequency / from;
   const ArrayXd s = (f > 0).select(f.max(1e-300).pow(slope), 0.0);
   return (estimate.response * s.matrix()).array();
 }
 
-// What a chi-squared level of `dof` exceeds `factor` times its mean by chance with: Chernoff's bound.
+// Bounds the probability that a chi-squared level of `dof` exceeds `factor` times its mean (Chernoff).
 double chance_of(double factor, double dof) {
   return factor <= 1 ? 1 : std::exp(-0.5 * dof * (factor - 1 - std::log(factor)));
 }
 
-// Bins below `first` that rise above the line beyond chance.
 std::vector<char> above_the_line(const PsdEstimate& estimate, const LeakFreeLine& line, Index first) {
   std::vector<char> above(std::size_t(estimate.psd.size()), 0);
   if (!(line.spread > 0)) return above;

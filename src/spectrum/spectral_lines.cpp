@@ -13,8 +13,7 @@ namespace {
 
 using std::numbers::ln2;
 
-// False alarms per spectrum [probability]; ten times below what is promised, for the continuum's
-// approximations.
+// False alarms per spectrum [probability], ten times below the documented rate for an approximate continuum.
 constexpr double kFalseAlarm = 1e-4;
 constexpr int kFirst = 8;  // ordinate
 
@@ -25,21 +24,20 @@ double median(std::vector<double>* values) {
 }
 
 // P(peak > x continuum) for an exponential ordinate over a continuum that is the median of n_effective
-// others: relative variance of that median 2.08/n, hence nu = 0.96 n degrees of freedom, F(2, nu).
+// others. The relative variance of that median is 2.08/n, hence F(2, nu) with nu = 0.96 n degrees of freedom.
 double exceedance(double x, double n_effective) {
   const double half = std::max(0.48 * n_effective, 1.0);
   return std::pow(1 + x / half, -half);
 }
 double anywhere(double p, double looks) { return -std::expm1(looks * std::log1p(-std::min(p, 1 - 1e-16))); }
 
-// Share of the whole power below which a peak is rounding or the transform's own leakage: 1e-6 of the RMS
-// height.
+// Fraction of the total power below which a peak is rounding or leakage: 1e-6 of the RMS height.
 constexpr double kNegligible = 1e-12;
 
-// Piecewise linear log level over log f.
+// Log level as a piecewise linear function of log f.
 struct Trend {
   std::vector<double> log_f, log_level;
-  // The continuum of some ordinates about f: their median over ln 2.
+  // Adds the continuum of some ordinates about f: their median over ln 2.
   void add(double f, std::vector<double>* values) {
     log_f.push_back(std::log(f));
     log_level.push_back(std::log(std::max(median(values) / ln2, std::numeric_limits<double>::min())));
@@ -60,7 +58,6 @@ double passed(double f, const Eigen::ArrayXd& nodes, const Eigen::ArrayXd& trans
   return std::max(transfer[std::clamp<Eigen::Index>(n, 0, transfer.size() - 1)], 1e-6);
 }
 
-// An ordinate or a ring that stands out.
 struct Peak {
   int at;
   double continuum, strength, chance;
@@ -102,7 +99,7 @@ LineSearch profile_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int 
     if (!search.left_out.empty() && search.left_out[std::size_t(k)]) continue;
     search.left_out.resize(std::size_t(grid.size()), 0);
     int low = std::max(1, k - half), high = std::min(last, k + half);
-    // Skirts of a strong line stand out, too, and belong to it.
+    // The skirts of a strong line also exceed the limit and belong to it.
     while (low > kFirst && chance[low - 1] < kFalseAlarm && p[low - 1] < p[low]) --low;
     while (high < last && chance[high + 1] < kFalseAlarm && p[high + 1] < p[high]) ++high;
     double power = 0, weighted = 0, weight = 0;
@@ -153,7 +150,7 @@ void plane_waves(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, do
         }
     const double n = double(around.size()) / (correlation * correlation);
     const double continuum =
-        std::max(level, median(&around) / ln2);  // of anisotropic surfaces: the higher one
+        std::max(level, median(&around) / ln2);  // for anisotropic surfaces the higher of the two
     const double chance = anywhere(exceedance(p[i] / continuum, n), looks);
     if (chance < kFalseAlarm) peaks.push_back({i, continuum, p[i] / continuum, chance});
   }
@@ -181,7 +178,7 @@ void plane_waves(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, do
   }
 }
 
-// Rings: means over annuli one coarse step wide against a straight line in log-log through their neighbours.
+// Finds rings: means over annuli one coarse step wide, compared with a log-log line through their neighbours.
 void rings(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double correlation,
            const Eigen::ArrayXd& nodes, const Eigen::ArrayXd& transfer, LineSearch* search) {
   const double nyquist = grid.nyquist() * (1 - 1e-9);
@@ -204,7 +201,7 @@ void rings(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double c
         x.push_back(std::log(double(j) / r)),
             y.push_back(std::log(0.5 * sum[std::size_t(j)] / count[std::size_t(j)]));
     if (x.size() < 8) continue;
-    std::vector<double> slopes;  // Theil-Sen: another ring nearby does not matter
+    std::vector<double> slopes;  // Theil-Sen, which is robust against another ring nearby
     for (std::size_t a = 0; a < x.size(); ++a)
       for (std::size_t b = a + 1; b < x.size(); ++b) slopes.push_back((y[b] - y[a]) / (x[b] - x[a]));
     const double slope = median(&slopes);

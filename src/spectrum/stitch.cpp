@@ -53,7 +53,7 @@ PsdEstimate stitch(const std::vector<PsdEstimate>& bands) {
   std::stable_sort(stay.begin(), stay.end(), [&](const Bin& a, const Bin& b) {
     return bands[a.band].frequency[a.index] < bands[b.band].frequency[b.index];
   });
-  // Nodes of all bands side by side, in ascending order.
+  // The nodes of all bands are placed side by side in ascending order.
   std::vector<Bin> nodes;
   for (std::size_t s = 0; s < bands.size(); ++s)
     for (Eigen::Index i = 0; i < bands[s].node_frequency.size(); ++i) nodes.push_back({s, i});

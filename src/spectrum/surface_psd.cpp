@@ -15,7 +15,7 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 
 constexpr double kLargestFactor = 2;
-// 2-D exponents of surfaces whose profile PSD is finite, with room for the power of 1/(exponent - 1).
+// Least 2-D exponent. At 1 the profile PSD diverges; the margin keeps 1/(exponent - 1) moderate.
 constexpr double kLeastExponent = 1.05;
 
 // int_a^b f^power df
@@ -24,8 +24,8 @@ double power_integral(double power, double a, double b) {
   return std::pow(a, p) * (std::abs(p * log_ratio) < 1e-9 ? log_ratio : std::expm1(p * log_ratio) / p);
 }
 
-// Exponents -d log S/d log f of the decade about each bin, by least squares over its bins, weighted by their
-// degrees of freedom where there are any; 0 where fewer than three have a level.
+// Returns exponents -d log S/d log f of the decade about each bin, by least squares weighted by degrees of
+// freedom (if any); 0 if fewer than three bins have a level.
 ArrayXd fall_of(const SurfacePsd& surface, const ArrayXd& s) {
   constexpr double kHalfADecade = 1.15;  // of log f
   const ArrayXd log_f = surface.frequency.log();
@@ -140,7 +140,7 @@ DrawingLine drawing_line(const PsdEstimate& estimate, double f_min, double f_max
     }
   }
   if (!(exponent > kLeastExponent) || !std::isfinite(amplitude)) return line;
-  // A power law is what a k-correlation is far above its knee: with B = 1 m the amplitudes are the levels.
+  // A power law is a k-correlation far above its knee; with B = 1 m the amplitudes are the levels.
   const KCorrelation1d profile = k_correlation_2d_to_1d({amplitude, 1, exponent});
   line.exponent = profile.exponent;
   line.amplitude = profile.amplitude;
@@ -162,9 +162,9 @@ DrawingLine line_as_measured(const SurfacePsd& surface, PsdTableKind kind, doubl
   const double from = std::max(f_min, surface.low[0]),
                to = std::min(f_max, surface.high[surface.high.size() - 1]);
   if (!(from < to) || !(data.height > 0)) return line;
-  line.f_min = from, line.f_max = to;  // where there are bins
-  // Both integrals of f^-exponent have a further f: of profiles the exponent is one less, of maps from d2f.
-  // Mean squares of height and slope, but for the level that both have.
+  line.f_min = from, line.f_max = to;  // range of the bins
+  // Exponents in the integrals are one higher than that of the 2-D PSD: profiles have an exponent one less,
+  // and maps have d2f = 2 pi f df. Mean squares are taken up to their common level.
   const double per_slope = std::pow(2 * kPi, 2) * (profile ? 1 : 0.5);
   const auto height = [&](double exponent) { return power_integral(1 - exponent, from, to); };
   const auto off = [&](double exponent) {

@@ -60,7 +60,7 @@ Eigen::ArrayXd ordinate_covariance(const Eigen::ArrayXd& window) {
   const Eigen::ArrayXd squared = window.square();
   const double scale = double(window.size()) / squared.sum();
   Eigen::ArrayXd result(9);
-  // lobe() of w^2 is |sum|^2/(n sum w^4); undo its normalisation.
+  // lobe() of w^2 is |sum|^2/(n sum w^4); the factors undo its normalisation.
   for (int d = 0; d <= 8; ++d) {
     const double value = lobe(squared, d) * squared.square().mean() * scale * scale;
     result[d] = value < 1e-4 ? 0 : value;

@@ -6,9 +6,9 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kFirstBin = 16;  // steps of frequency: half of it is beyond the main lobe of any window
+constexpr double kFirstBin = 16;  // frequency steps; half of it is beyond the main lobe of any window
 
-// The bins, joined by straight lines in log-log, at the nodes of the response; level beyond them.
+// Interpolates the bins log-log at the nodes of the response; constant beyond them.
 Eigen::ArrayXd psd_at_nodes(const PsdEstimate& estimate) {
   const Eigen::ArrayXd f = estimate.frequency.log(), s = estimate.psd.max(1e-300).log();
   return estimate.node_frequency.log().unaryExpr([&](double x) {

@@ -5,17 +5,17 @@
 
 namespace aberfit::internal {
 
-/// What the side lobes of the window carry up a steep spectrum.
+/// Leakage of a steep spectrum through the side lobes of the window towards high frequencies.
 struct WindowLeak {
-  double frequency = 0;  ///< of the lowest bin that holds it [cycles/m]
-  double share = 0;      ///< largest share of a bin that comes from below half of its frequency
+  double frequency = 0;  ///< lowest bin affected [cycles/m]
+  double share = 0;      ///< largest fraction of a bin that comes from below half of its frequency
 };
 
-/// Leakage of the spectrum as its bins show it, by the response of the estimate, in bins of 16 steps of
-/// frequency and more up to `trusted_to`. Empty where it stays below kMostLeaked. A spectrum that is steeper
-/// than the side lobes shows itself as these, and then a fiftieth and more of a bin comes from below: without
-/// window from f^-1.5 on, Hamming f^-2.5, Welch f^-4, Tukey and Blackman-Harris f^-5, Hann before f^-6
-/// (tests/stability/leakage_edge_test.cpp).
+/// Computes the leakage of the binned spectrum from the response of the estimate, in bins from 16 frequency
+/// steps up to `trusted_to`. Empty if it stays below kMostLeaked.
+/// A spectrum steeper than the side lobes takes on their slope, and then at least a fiftieth of a bin comes
+/// from below. This happens without window from f^-1.5 on, Hamming f^-2.5, Welch f^-4, Tukey and
+/// Blackman-Harris f^-5, Hann before f^-6 (tests/stability/leakage_edge_test.cpp).
 std::optional<WindowLeak> window_leak(const PsdEstimate& estimate);
 inline constexpr double kMostLeaked = 0.02;
 

@@ -13,8 +13,7 @@ void bessel_j_orders(double x, int top, double* values) {
     for (int k = 1; k < top; ++k) values[k + 1] = 2 * k / x * values[k] - values[k - 1];
     return;
   }
-  // Ten Airy lengths (top/2)^(1/3) beyond the turning point the wrong solution has lost 18 digits against the
-  // right one.
+  // Ten Airy lengths (top/2)^(1/3) beyond the turning point, the wrong solution is 18 digits smaller.
   const int start = std::max(top, int(x)) + 20 + int(8 * std::cbrt(std::max(top + 1.0, x)));
   double above = 0, here = 1e-280, even_sum = 0;
   std::fill(values, values + top + 1, 0.0);

@@ -14,17 +14,16 @@ using namespace internal;
 
 namespace {
 
-// Eigenvalues of a correlation matrix below this many eps are rounding of the quadrature; the kept ones are
-// sqrt of it above zero in the factor.
+// Eigenvalues of a correlation matrix below this many eps are rounding errors of the quadrature. The factor
+// contains the square roots of the others.
 constexpr double kRankEps = 64;
-// Separates kept directions (factor >= 1e-7 of a standard deviation) from dropped ones (1e-15) when a factor
-// is inverted.
+// Separates kept (factor >= 1e-7 of a standard deviation) from dropped directions (1e-15) in an inverse.
 constexpr double kRankOfFactor = 1e-10;
 
 // F with F F^T = C to rounding: D V sqrt(L) V^T, where D are the standard deviations and V L V^T the
-// correlations. Scaling first keeps full relative accuracy for coefficients many orders of magnitude apart;
-// the symmetric root, unlike V sqrt(L) or a pivoted Cholesky factor, is a continuous function of C and tends
-// to D for independent coefficients, so that a seeded draw does not jump with small changes of the PSD.
+// correlations. This scaling keeps full relative accuracy for coefficients many orders of magnitude apart.
+// The symmetric root, unlike V sqrt(L) or a pivoted Cholesky factor, is a continuous function of C and tends
+// to D for independent coefficients. So a seeded realisation does not jump with small changes of the PSD.
 Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd deviation = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::VectorXd inverse = deviation.unaryExpr([](double d) { return d > 0 ? 1 / d : 0.0; });
@@ -37,7 +36,7 @@ Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& covariance) {
   return deviation.asDiagonal() * eigen.vectors * root.asDiagonal() * eigen.vectors.transpose();
 }
 
-// Signed m -> the coefficients that have it, by ascending n.
+// Maps each signed m to its coefficients, by ascending n.
 std::map<int, std::vector<Eigen::Index>> indices_by_m(const TermSet& terms) {
   std::map<int, std::vector<Eigen::Index>> by_m;
   for (std::size_t i = 0; i < terms.zernike.size(); ++i) by_m[terms.zernike[i].m].push_back(Eigen::Index(i));
@@ -62,9 +61,9 @@ void append_zernike_blocks(const TermSet& terms, const RadialPsd& psd, Covarianc
     return;
   }
   const Eigen::MatrixXd table = zernike_covariance_table(psd, terms.radius, n_min, highest->n);
-  std::map<std::vector<int>, Eigen::MatrixXd> known;  // +m and -m have the same orders, hence the same factor
+  std::map<std::vector<int>, Eigen::MatrixXd> known;  // +m and -m have the same orders, so the same factor
   for (const auto& [m, indices] : indices_by_m(terms)) {
-    std::vector<int> places;  // of the orders in the table
+    std::vector<int> places;  // rows of the orders in the table
     for (const Eigen::Index i : indices) places.push_back(terms.zernike[std::size_t(i)].n - n_min);
     Eigen::MatrixXd& factor = known[places];
     if (factor.size() == 0) factor = covariance_factor(table(places, places));
@@ -89,8 +88,7 @@ CoefficientPrior::CoefficientPrior(Eigen::Index size, std::vector<Block> blocks)
 
 namespace {
 
-// y = factor(block) x, block by block; one-coefficient blocks (Fourier modes come in thousands) without
-// temporaries.
+// y = factor(block) x, block by block; blocks of one coefficient (thousands) need no temporaries.
 template <class Factor>
 Eigen::VectorXd apply_blocks(const CoefficientPrior& prior, const Eigen::VectorXd& x, const Factor& factor) {
   assert(x.size() == prior.size());
@@ -120,7 +118,7 @@ Eigen::VectorXd CoefficientPrior::colour_transpose(const Eigen::VectorXd& gradie
 Eigen::VectorXd CoefficientPrior::whiten(const Eigen::VectorXd& coefficients) const {
   Eigen::VectorXd white(size_);
   for (const Block& block : blocks_) {
-    // Misfits count in each coefficient's own standard deviation; coefficients without variance say nothing.
+    // Residuals are scaled by each standard deviation. Coefficients without variance are ignored.
     const Eigen::VectorXd inverse =
         block.factor.rowwise().norm().unaryExpr([](double d) { return d > 0 ? 1 / d : 0.0; });
     const Eigen::VectorXd own = coefficients(block.index), scaled = inverse.cwiseProduct(own);
@@ -166,8 +164,7 @@ CoefficientPrior::Block spherical_prior_block(const TermSet& terms, double rms) 
     for (Eigen::Index k = 0; k < size; ++k)
       gram(i, k) = 1 / (0.5 * (terms.spherical[std::size_t(i)] + terms.spherical[std::size_t(k)]) + 1);
   }
-  // Orthonormal combinations psi = L^-1 phi, gram = L L^T (Gram-Schmidt in the order given): d . psi = (L^-T
-  // d) . phi.
+  // Orthonormal combinations psi = L^-1 phi, gram = L L^T (Gram-Schmidt in order): d . psi = (L^-T d) . phi.
   const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(size, size);
   block.factor = rms * Cholesky(gram).solve_lower(unit).transpose();
   return block;

@@ -10,8 +10,8 @@ using namespace internal;
 
 Eigen::ArrayXd cross_derivative(const TermSet& terms, const Eigen::VectorXd& coefficients,
                                 const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
-  const SurfaceOperator given(terms, x, y);  // refuses what is no term set; costs no evaluation
-  // dh/dy in terms of the same kinds; its slope along x is wanted. Spherical terms have a closed form.
+  const SurfaceOperator given(terms, x, y);  // throws for an invalid term set; costs no evaluation
+  // dh/dy consists of terms of the same kinds; we need its slope along x. Spherical terms have a closed form.
   TermSet along_y;
   along_y.radius = terms.radius;
   along_y.fourier = terms.fourier;

@@ -16,7 +16,7 @@ namespace {
 
 using GridMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Total degree of the polynomial that detrending takes off a map; -1: nothing.
+// Total degree of the polynomial that detrending subtracts from a map; -1: none.
 int detrend_degree(const DetrendOptions& options) {
   if (options.shape == DetrendShape::kNone) return -1;
   if (options.shape == DetrendShape::kEllipse) return 2;
@@ -30,12 +30,12 @@ Eigen::MatrixXd orthonormal_polynomials(int n, int degree) {
   if (degree >= n)
     throw std::invalid_argument("detrending of so high a degree leaves nothing of so small a grid");
   const Eigen::ArrayXd t = (2 * Eigen::ArrayXd::LinSpaced(n, 0, n - 1) - (n - 1)) / std::max(1, n - 1);
-  // Columns of Q span what the first columns of the polynomials span, degree by degree.
+  // The columns of Q span the same spaces as the first columns of the polynomials, degree by degree.
   return orthonormal_columns(legendre_polynomials(t, degree + 1).matrix());
 }
 
-// The linear steps of the PSD estimator of maps (psd_estimate.h) on a full square grid, so that they can be
-// run backwards. A test holds them to the estimator itself.
+// The linear steps of the PSD estimator of maps (psd_estimate.h) on a full square grid, with their adjoints.
+// A test compares them with the estimator itself.
 //
 // Values: psd_b = scale/members_b sum over k in b of |F(w P z)_k|^2, with z = L c the surface on the grid, P
 // the projection away from polynomials (orthonormal on the full grid, so symmetric), w the window.
@@ -106,7 +106,7 @@ class EstimatedSpectrum : public SurfaceSpectrum {
     if (degree < 0) return;
     Eigen::MatrixXd content = shapes_.transpose() * *z * shapes_;
     for (Eigen::Index i = 0; i <= degree; ++i)
-      for (Eigen::Index j = degree + 1 - i; j <= degree; ++j) content(i, j) = 0;  // i + j <= degree
+      for (Eigen::Index j = degree + 1 - i; j <= degree; ++j) content(i, j) = 0;  // keeps i + j <= degree
     *z -= shapes_ * content * shapes_.transpose();
   }
 
@@ -118,7 +118,7 @@ class EstimatedSpectrum : public SurfaceSpectrum {
   int n_;
   Eigen::ArrayXd window_;
   Eigen::MatrixXd shapes_;
-  OrdinateBins bins_;  // members: count and as many conjugates
+  OrdinateBins bins_;  // members: count, and as many conjugates
   SurfaceOperator surface_;
   double scale_ = 0;
 };
@@ -131,7 +131,7 @@ std::unique_ptr<SurfaceSpectrum> estimated_spectrum(const TermSet& terms, const 
   if (!(terms.radius > 0)) throw std::invalid_argument("the square needs the radius of a disc to lie in");
   if (grid_size < 4) throw std::invalid_argument("a spectrum needs a grid of at least 4 x 4 points");
   const double pitch = std::sqrt(2.0) * terms.radius / grid_size;
-  // What the estimator cuts a map to.
+  // the size to which the estimator cuts a map
   auto spectrum =
       std::make_unique<EstimatedSpectrum>(terms, options, int(smooth_up_to(grid_size)), pitch, threads);
   *low = spectrum->edges().low;

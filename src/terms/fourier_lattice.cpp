@@ -1,9 +1,9 @@
-// The kernel is Kaiser and Bessel's, I0(b sqrt(1 - z^2))/I0(b) over 12 cells, whose transform is closed:
+// We use the Kaiser-Bessel kernel I0(b sqrt(1 - z^2))/I0(b) over 12 cells. Its transform has the closed form
 // sinh(sqrt(b^2 - u^2))/sqrt(b^2 - u^2), u = pi 12 xi (Jackson et al. 1991; Barnett, Magland and af
-// Klinteberg 2019). With b = 12 pi (1 - 1/4), for a grid twice as fine as the waves need, what folds over is
-// exp(-12 pi sqrt(1/2)) = 3e-12 of the largest value. Between two cells it is twelve polynomials, one a tap.
-// Slopes are transforms of their own, of the coefficients times 2 pi f: a real and an imaginary part carry
-// two real fields each.
+// Klinteberg 2019). With b = 12 pi (1 - 1/4) and a grid twice as fine as the waves need, aliasing is exp(-12
+// pi sqrt(1/2)) = 3e-12 of the largest value. Between two cells the kernel is twelve polynomials, one per
+// tap. Slopes have separate transforms of the coefficients times 2 pi f. The real and the imaginary part
+// carry one real field each.
 #include "fourier_lattice.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ using Eigen::Index;
 
 constexpr double kBeta = 0.75 * kPi * kLatticeTaps;
 constexpr int kChunk = 512;        // points whose values are gathered together
-constexpr int kGridsTogether = 4;  // grids that share the evaluation of a kernel
+constexpr int kGridsTogether = 4;  // grids that share one kernel evaluation
 
 double kernel(double z) {
   const double t = z / (0.5 * kLatticeTaps), inside = std::max(0.0, 1 - t * t);
@@ -37,14 +37,14 @@ double kernel_transform(double cycles_per_cell) {
   return kLatticeTaps * std::sinh(root) / root / boost::math::cyl_bessel_i(0, kBeta);
 }
 
-// Powers of the polynomial through the values at Chebyshev's points, by its Chebyshev series: both are well
-// conditioned on -1..1.
+// Power coefficients of the polynomial through the values at Chebyshev points, by its Chebyshev series. Both
+// steps are well conditioned on -1..1.
 std::array<double, kLatticeDegree + 1> polynomial(double first) {
   constexpr int n = kLatticeDegree + 1;
   std::array<double, n> value, powers{};
   for (int i = 0; i < n; ++i)
     value[std::size_t(i)] = kernel(first + 0.5 * (1 + std::cos(kPi * (i + 0.5) / n)));
-  std::array<double, n> before{}, now{};  // T_(k-1), T_k by powers
+  std::array<double, n> before{}, now{};  // power coefficients of T_(k-1), T_k
   before[1] = 1, now[0] = 1;              // T_-1 = T_1
   for (int k = 0; k < n; ++k) {
     double series = 0;
@@ -100,7 +100,7 @@ FourierLattice::FourierLattice(const TermSet& terms, const Eigen::ArrayXd& x, co
                       kTwoPi * mode.fy});
   }
   places_.resize(std::size_t(x.size()));
-  // First tap and how far the point is beyond where that tap would be its own, -1..1 across a cell.
+  // The first tap, and the distance of the point from the position of that tap, -1..1 across a grid cell.
   const auto locate = [&](double position, double* s) {
     double u = position * pitch;
     u = side_ * (u - std::floor(u));
@@ -177,8 +177,8 @@ void FourierLattice::forward(const Eigen::VectorXd& coefficients, int threads, b
   });
 }
 
-/// The sums over all points of value(p, g), a complex number, times the kernel: grid g, transformed, is at
-/// g side^2 of the spectrum.
+/// Sums over all points of value(p, g) times the kernel. Grid g's transform starts at g side^2 of the
+/// spectrum.
 template <typename Value>
 void FourierLattice::spread_all(int grids, const Value& value, Scratch* scratch) const {
   const std::size_t lines = cache_lines(2 * margined()), cells = std::size_t(side_) * std::size_t(side_);
@@ -208,7 +208,7 @@ void FourierLattice::spread_all(int grids, const Value& value, Scratch* scratch)
 
 namespace {
 
-// Transforms of the two real fields that a complex one carries.
+// Transforms of the two real fields in one complex field.
 struct Pair {
   Complex real, imaginary;
 };
@@ -265,7 +265,7 @@ void FourierLattice::heights(std::span<const Eigen::ArrayXd> weights, int thread
   });
 }
 
-// A transform of a cell costs some fifty times what a wave costs at a point.
+// One grid cell of a transform costs about fifty times as much as one wave at one point.
 Index FourierLattice::enough_rays() const {
   return Index(50.0 * side_ * side_ / double(std::max<std::size_t>(1, modes_.size())));
 }

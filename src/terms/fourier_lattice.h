@@ -12,30 +12,30 @@
 
 namespace aberfit::internal {
 
-/// Fourier part of L where all frequencies are points of a lattice, on any points: one transform on a grid
-/// twice as fine as the waves need, from whose cells a kernel carries to the points and back (a nonuniform
-/// fast Fourier transform, PHYSICS 4). Time goes as the points plus N log N of the lattice, memory as either.
+/// Fourier part of L for frequencies on a lattice, at any points (nonuniform fast Fourier transform, PHYSICS
+/// 4). It transforms on a grid twice as fine as the waves need, and a kernel connects grid cells and points.
+/// Time grows as the points plus N log N of the lattice, memory as either.
 class FourierLattice : public TermOperator {
  public:
-  /// terms.fourier_pitch has to be positive, and every mode a point of that lattice to 1e-9 of the pitch, or
-  /// std::invalid_argument.
+  /// Throws std::invalid_argument unless terms.fourier_pitch > 0 and all modes are on that lattice to 1e-9 of
+  /// it.
   FourierLattice(const TermSet& terms, const Eigen::ArrayXd& x, const Eigen::ArrayXd& y);
 
   void forward(const Eigen::VectorXd& coefficients, int threads, bool add,
                SurfaceField* field) const override;
   void adjoint(const SurfaceField& weights, int threads, Eigen::VectorXd* sums) const override;
 
-  /// L^T of heights alone: column k of `sums` gets, from row `begin` on, that of weights[k].
+  /// L^T of heights alone: column k of `sums` receives, from row `begin` on, the sums for weights[k].
   void heights(std::span<const Eigen::ArrayXd> weights, int threads, Eigen::Index begin,
                Eigen::MatrixXd* sums) const;
 
-  /// Listed rays from which on it is faster than phase sums.
+  /// Number of listed rays above which it is faster than phase sums.
   Eigen::Index enough_rays() const;
 
  private:
   struct Mode {
-    std::uint32_t place, opposite;  // of f and -f in the spectrum
-    double scale;                   // 1 over the kernel's transform there
+    std::uint32_t place, opposite;  // index of f and -f in the spectrum
+    double scale;                   // inverse of the kernel's transform there
     double turn_x, turn_y;          // 2 pi f [1/m]
   };
   struct Scratch {
@@ -51,8 +51,8 @@ class FourierLattice : public TermOperator {
   template <typename Value>
   void spread_all(int grids, const Value& value, Scratch* scratch) const;
 
-  Eigen::Index begin_;  // first Fourier coefficient
-  int side_ = 0;        // of the fine grid
+  Eigen::Index begin_;  // index of the first Fourier coefficient
+  int side_ = 0;        // side of the fine grid
   std::vector<Mode> modes_;
   std::vector<LatticePlace> places_;
   std::unique_ptr<const FourierTransform> transform_;

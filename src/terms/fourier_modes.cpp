@@ -19,11 +19,10 @@ namespace aberfit {
 namespace {
 
 using std::numbers::pi;
-constexpr double kSameRing = 1e-9;  // relative difference of |f| that is rounding
-constexpr double kOpenEndShare =
-    1e-4;  // height variance beyond the outermost ring where the band has no edge to put it on
+constexpr double kSameRing = 1e-9;      // smaller relative differences of |f| are rounding
+constexpr double kOpenEndShare = 1e-4;  // height variance beyond the outermost ring if the band has no edge
 
-// The frequency below which `variance` of the height variance lies, looked for in log f.
+// The frequency below which `variance` of the height variance lies, found in log f.
 double quantile_frequency(const RadialPsd& psd, double variance) {
   const PowerLawLimits limits = power_law_limits(psd);
   double low = std::log(limits.low) - 700 * (psd.f_min() == 0),
@@ -37,7 +36,7 @@ struct Edges {
   double low, high;
 };
 
-// The band, or where it is open the quantiles of the height variance.
+// The edges of the band or, at an open end, quantiles of the height variance.
 Edges sampled_edges(const RadialPsd& psd, bool from_zero) {
   const double total = radial_moment(psd, 0);
   if (!std::isfinite(total) || total <= 0)
@@ -57,13 +56,13 @@ std::vector<FourierMode> log_rings(const Edges& edges, int count, std::uint64_t 
     const double f = edges.low * std::pow(edges.high / edges.low, (i + jitter) / count);
     double whole;
     const double angle =
-        pi * std::modf(turn + i * golden, &whole);  // the half plane: a wave and its opposite are one
+        pi * std::modf(turn + i * golden, &whole);  // half plane only, because f and -f are one wave
     modes.push_back({f * std::cos(angle), f * std::sin(angle)});
   }
   return modes;
 }
 
-// Whether the square of `pitch` about (i, j) pitch has part of the ring, edge or not.
+// Whether the square of side `pitch` about (i, j) pitch overlaps the ring in more than an edge.
 bool has_part(int i, int j, double pitch, const Edges& edges) {
   const double x = std::abs(i), y = std::abs(j);
   const double nearest = pitch * std::hypot(std::max(x - 0.5, 0.0), std::max(y - 0.5, 0.0)),
@@ -81,7 +80,7 @@ std::vector<FourierMode> fourier_modes(const RadialPsd& psd, int count, std::uin
 std::vector<FourierMode> fourier_lattice(const RadialPsd& psd, double pitch) {
   assert(pitch > 0);
   const RadialPsd beyond = psd.band(0.5 * pitch, psd.f_max());
-  if (!(beyond.f_max() > 0.5 * pitch)) return {};  // all of it in the cell of 0
+  if (!(beyond.f_max() > 0.5 * pitch)) return {};  // all of it lies in the cell of 0
   const Edges edges = sampled_edges(beyond, true);
   const double reach = edges.high / pitch + 0.5, count = 0.5 * pi * reach * reach;
   if (count > kMostLatticeModes)
@@ -131,7 +130,7 @@ std::vector<double> fourier_variances(const RadialPsd& psd, const std::vector<Fo
 
 std::vector<double> lattice_variances(const RadialPsd& psd, const std::vector<FourierMode>& modes,
                                       double pitch) {
-  std::map<std::pair<long, long>, double> known;  // S does not change where x and y change places or signs
+  std::map<std::pair<long, long>, double> known;  // S depends only on |x| and |y| and is symmetric in them
   std::vector<double> variance;
   variance.reserve(modes.size());
   for (const FourierMode& mode : modes) {
@@ -139,7 +138,7 @@ std::vector<double> lattice_variances(const RadialPsd& psd, const std::vector<Fo
     const std::pair<long, long> place{std::min(i, j), std::max(i, j)};
     const auto [found, is_new] = known.try_emplace(place, 0.0);
     if (is_new) {
-      // Of a cell across the axis one half is integrated. A and B of one wave are the cells about f and -f.
+      // We integrate half of a cell across the axis. A and B of one wave represent the cells about f and -f.
       const double across = place.first == 0 ? 2.0 : 1.0;
       const double low = place.first == 0 ? 0.0 : double(place.first) - 0.5;
       found->second =

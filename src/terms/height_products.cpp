@@ -11,9 +11,9 @@ namespace {
 using Eigen::Index;
 
 constexpr std::size_t kTogether = 8;
-constexpr Index kChunkOrbits = 6 * kBlockOrbits;  // unit of work of a thread
+constexpr Index kChunkOrbits = 6 * kBlockOrbits;  // a thread's unit of work
 
-// The grid of cells that points lie on, if reflections at the axes leave it as it is.
+// The points' grid, if it is symmetric under reflections at both axes; else null.
 const CartesianGrid* mirrored_grid(const PupilSample& pupil) {
   const auto* grid = std::get_if<CartesianGrid>(&pupil.structure);
   if (const auto* directions = std::get_if<DirectionGrid>(&pupil.structure)) grid = &directions->cells;
@@ -45,7 +45,7 @@ HeightProducts::HeightProducts(const TermSet& terms, const PupilSample& pupil, b
     return;
   }
   const auto columns = std::size_t(grid->x.size()), rows = std::size_t(grid->y.size());
-  const std::size_t right = columns / 2, upper = rows / 2;  // first with x, y >= 0
+  const std::size_t right = columns / 2, upper = rows / 2;  // first index with x, y >= 0
   std::vector<std::int32_t> orbit((columns - right) * (rows - upper), -1);
   std::vector<double> x, y;
   for (Index k = 0; k < pupil.size(); ++k) {
@@ -66,8 +66,8 @@ HeightProducts::HeightProducts(const TermSet& terms, const PupilSample& pupil, b
   y_ = Eigen::Map<Eigen::ArrayXd>(y.data(), Index(y.size()));
 }
 
-// A cache line of weights at a time: rows of `to` are so far apart that a line written by one weight after
-// the other would leave the cache in between.
+// Writes whole cache lines of weights. Rows of `to` are so far apart that a line written by single weights
+// would leave the cache in between.
 void HeightProducts::fold(std::span<const Eigen::ArrayXd> weights, Index begin, int used, int columns,
                           std::size_t of_class, double* to) const {
   const std::size_t count = weights.size();

@@ -14,17 +14,15 @@
 
 namespace aberfit::internal {
 
-/// L^T of heights alone, for many weights at once: a product of matrices, of which L's is made block by block
-/// and never stored. Points of a grid that is its own mirror image in x and y are taken four at a time:
-/// terms are even or odd under either reflection, so that a quarter of L and of the products is enough,
-/// whichever of the four are there.
+/// L^T of heights alone for many weights, as a matrix product. L is made block by block and never stored. On
+/// a grid that mirrors itself in x and y, up to four points are combined: terms are even or odd under either
+/// reflection, so a quarter of L and of the products suffices, even if some of the four points are missing.
 class HeightProducts {
  public:
   /// hold_at_rim: as in OperatorOptions.
   HeightProducts(const TermSet& terms, const PupilSample& pupil, bool hold_at_rim);
 
-  /// terms x weights.size(): column k is L^T of weights[k], one number per point. The same bits for any
-  /// number of threads.
+  /// terms x weights.size(): column k is L^T of weights[k], one number per point. Threads change no bit.
   Eigen::MatrixXd operator()(std::span<const Eigen::ArrayXd> weights, int threads) const;
 
  private:

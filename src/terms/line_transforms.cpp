@@ -32,7 +32,7 @@ LineTransforms::~LineTransforms() {
     fftw_destroy_plan(static_cast<fftw_plan>(plan));
 }
 
-// FFTW's interface takes no const input; the plans above preserve it.
+// FFTW's interface takes no const input, but these plans preserve it.
 void LineTransforms::forward(const std::complex<double>* from, std::complex<double>* to) const {
   fftw_execute_dft(static_cast<fftw_plan>(forward_), as_fftw(const_cast<std::complex<double>*>(from)),
                    as_fftw(to));

@@ -3,8 +3,8 @@
 
 namespace aberfit::internal {
 
-/// Transforms of lines of `length` values in both directions, unnormalised, from one array to another; both
-/// on 64-byte boundaries. Planned once (by estimate); calls from many threads at once are safe.
+/// Fourier transforms of lines of `length` values in both directions, unnormalised, between two arrays on
+/// 64-byte boundaries. They are planned once (by estimate); many threads may call them at once.
 class LineTransforms {
  public:
   explicit LineTransforms(int length);
@@ -12,14 +12,14 @@ class LineTransforms {
   LineTransforms(const LineTransforms&) = delete;
   LineTransforms& operator=(const LineTransforms&) = delete;
 
-  /// to[f] = sum_j from[j] e^(-2 pi i f j / length); `from` is left as it was.
+  /// to[f] = sum_j from[j] e^(-2 pi i f j / length); `from` does not change.
   void forward(const std::complex<double>* from, std::complex<double>* to) const;
   /// The same with e^(+2 pi i f j / length).
   void backward(const std::complex<double>* from, std::complex<double>* to) const;
   /// forward of real values, for f = 0 .. length / 2.
   void from_real(const double* from, std::complex<double>* to) const;
-  /// backward of a spectrum with from[length - f] = conj(from[f]), of which f = 0 .. length / 2 are given and
-  /// destroyed; imaginary parts at f = 0 and at length / 2 (of an even length) count as zero.
+  /// backward for a spectrum with from[length - f] = conj(from[f]). It needs f = 0 .. length / 2 and destroys
+  /// them. Imaginary parts at f = 0 and at length / 2 (for even length) count as zero.
   void to_real(std::complex<double>* from, double* to) const;
 
  private:

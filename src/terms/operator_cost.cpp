@@ -13,8 +13,8 @@ namespace aberfit {
 
 namespace {
 
-/// Nanoseconds on an AVX-512 core, tests/benchmarks/operator_benchmark, figures in surface_operator.cpp;
-/// other instruction sets take this many times as long.
+/// Ratio of time to that of an AVX-512 core. The constants below are nanoseconds on such a core, measured by
+/// tests/benchmarks/operator_benchmark; see surface_operator.cpp.
 double slower() {
   switch (best_instruction_set()) {
     case InstructionSet::kAvx512:
@@ -26,7 +26,7 @@ double slower() {
   }
   return 5;
 }
-constexpr double kFusedPoint = 3.5, kFusedRow = 0.2;      // per point; and row (n, |m|)
+constexpr double kFusedPoint = 3.5, kFusedRow = 0.2;      // per point; per point and row (n, |m|)
 constexpr double kPolarPoint = 4.5, kPolarRow = 0.3;      // per point; per ring and row
 constexpr double kPhase = 0.6, kSpherical = 1.0;          // per point and term
 constexpr double kLatticePoint = 60, kLatticeCell = 250;  // per point; per point of the lattice

@@ -7,19 +7,18 @@
 
 namespace aberfit::internal {
 
-/// Memory of `sum_chunks`, reused from call to call.
+/// Memory of `sum_chunks`, which calls reuse.
 struct PartialSums {
   std::vector<double> total;
   std::vector<std::vector<double>> partial;
 };
 
-/// sums->total = sum over chunks 0 .. count-1 of what add_chunk(chunk, double* sum) adds to a zero vector of
-/// `size`. Each chunk has a vector of its own and these are added in chunk order, so neither the thread count
-/// nor the schedule changes a bit.
+/// sums->total = sum over chunks 0 .. count-1 of the vector of `size` that add_chunk(chunk, double* sum) adds
+/// to zero. Each chunk has its own vector and these are added in order, so threads change no bit.
 template <typename AddChunk>
 void sum_chunks(std::size_t count, std::size_t size, int threads, const AddChunk& add_chunk,
                 PartialSums* sums) {
-  constexpr std::size_t kWave = 128;  // partial vectors held at a time: bounds the memory of very many chunks
+  constexpr std::size_t kWave = 128;  // number of partial vectors held, which limits memory
   sums->total.assign(size, 0.0);
   if (sums->partial.size() < std::min(count, kWave)) sums->partial.resize(std::min(count, kWave));
   for (std::size_t wave = 0; wave < count; wave += kWave) {

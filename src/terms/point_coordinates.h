@@ -8,22 +8,21 @@
 
 namespace aberfit::internal {
 
-/// Where the points lie: lists of x and y, or a pupil's structure, which needs less memory (8 bytes a point
-/// on a grid, none on rings).
+/// Point coordinates: lists of x and y, or a pupil's structure (8 bytes a point on a grid, none on rings).
 class PointCoordinates {
  public:
   PointCoordinates(Eigen::ArrayXd x, Eigen::ArrayXd y);
-  /// On rings cosines and sines of the spokes and of the turns are kept; a point's coordinates are their
-  /// products, within 2e-16 of the ring's radius.
+  /// Stores cosines and sines of spokes and turns; their products are coordinates to 2e-16 of the ring's
+  /// radius.
   explicit PointCoordinates(const PolarRings& rings);
   explicit PointCoordinates(CartesianGrid grid);
 
   Eigen::Index size() const { return size_; }
-  /// Whether Zernikes at points outside their circle take the values of its rim.
+  /// Whether Zernike terms outside their circle take the values of its rim.
   bool hold_at_rim = false;
 
-  /// x / unit and y / unit of `used` points into the block, zeros into the places left over. The points are
-  /// rays[begin + i], or begin + i where rays is null.
+  /// Writes x / unit and y / unit of `used` points to the block, and zeros to the other entries. The points
+  /// are rays[begin + i], or begin + i if rays is null.
   void gather(const std::uint32_t* rays, Eigen::Index begin, int used, double unit, PointBlock* block) const;
 
  private:

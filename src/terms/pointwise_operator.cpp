@@ -1,10 +1,10 @@
-// Points are taken in chunks of 4096 (the unit of work of a thread) and blocks of 256 (what fits the
-// first-level cache), and each family of terms adds itself to the block:
-// - Zernike, zernike_kernel.h: per |m| a Clenshaw recurrence in tau = 4 rho^2 - 2 over the radial order,
-//   cosine and sine sums and their derivatives side by side, times the harmonic (x + iy)^m carried from one m
-//   to the next; 4.5 multiply-adds per term and point, value and gradient.
+// Points are processed in chunks of 4096 (a thread's unit of work) and blocks of 256 (which fit the
+// first-level cache). Each family of terms adds itself to the block:
+// - Zernike, zernike_kernel.h: for each |m| a Clenshaw recurrence in tau = 4 rho^2 - 2 over the radial order.
+//   Cosine and sine sums and their derivatives run together. Their factor (x + iy)^m is carried from one m
+//   to the next. Value and gradient take 4.5 multiply-adds per term and point.
 // - Fourier, fourier_kernel.h: a vectorised sine and cosine per mode and point.
-// - Spherical, spherical_terms.h: a handful of even powers.
+// - Spherical, spherical_terms.h: a few even powers.
 // The adjoint runs the same recurrences upwards and sums over the points of a block.
 #include "pointwise_operator.h"
 
@@ -25,7 +25,7 @@ static_assert(kChunkPoints % kBlockPoints == 0);
 
 std::size_t chunks_of(Index points) { return std::size_t((points + kChunkPoints - 1) / kChunkPoints); }
 
-/// Puts from[begin + i] / unit into the block and zeros into the places left over.
+/// Writes from[begin + i] / unit to the block, and zeros to the unused entries.
 void gather(const Eigen::ArrayXd& from, double unit, Index begin, int used, double* to) {
   for (int i = 0; i < used; ++i) to[i] = from[begin + i] / unit;
   std::fill(to + used, to + kBlockPoints, 0.0);

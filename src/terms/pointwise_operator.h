@@ -12,34 +12,33 @@
 
 namespace aberfit::internal {
 
-/// Families of terms that a call is about.
+/// The families of terms that a call uses.
 struct Families {
   bool zernike = false, fourier = false, spherical = false;
   bool any() const { return zernike || fourier || spherical; }
 };
 
-/// L point by point without a stored matrix: Zernike recurrences, Fourier phase sums, spherical powers; any
-/// points and any subset of them. The slow twin of every other method, and what they fall back to where the
-/// rays asked for are few.
+/// L point by point without a stored matrix: Zernike recurrences, Fourier phase sums, spherical powers. It
+/// takes any points and subsets. Every other method is tested against it, and falls back to it for few rays.
 class PointwiseOperator : public TermOperator {
  public:
-  /// `families`: what forward and adjoint compute; add_adjoint can do the others, too.
+  /// `families`: families that forward and adjoint compute; add_adjoint can also compute the others.
   PointwiseOperator(const TermSet& terms, PointCoordinates points, Families families);
 
   void forward(const Eigen::VectorXd& coefficients, int threads, bool add,
                SurfaceField* field) const override;
   void adjoint(const SurfaceField& weights, int threads, Eigen::VectorXd* sums) const override;
 
-  /// Writes the entries of `families` of L^T g for weights that belong to points rays[i] (or i where rays is
-  /// null) and vanish elsewhere.
+  /// Writes the entries of `families` of L^T g for weights that vanish except at rays[i] (or i if rays is
+  /// null).
   void adjoint(const std::uint32_t* rays, const SurfaceField& weights, Families families, int threads,
                Eigen::VectorXd* sums) const;
 
   Families families() const { return families_; }
 
  private:
-  // A packed vector holds the coefficients as the kernels want them: Zernike rows (cosine and sine, scaled to
-  // the monic polynomials), then A and B per Fourier mode, then the spherical terms.
+  // A packed vector holds the coefficients in the order of the kernels: Zernike rows (cosine and sine, scaled
+  // to the monic polynomials), then A and B per Fourier mode, then the spherical terms.
   std::size_t fourier_at() const { return 2 * zernike_.rows(); }
   std::size_t spherical_at() const { return fourier_at() + 2 * std::size_t(fourier_.modes()); }
   std::size_t packed_size() const { return spherical_at() + spherical_.size(); }

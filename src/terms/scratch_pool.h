@@ -7,16 +7,15 @@
 
 namespace aberfit::internal {
 
-/// Unit of scratch memory: no vector of it straddles two cache lines, and FFTW finds its alignment.
+/// Unit of scratch memory. It keeps vectors within one cache line and gives FFTW its alignment.
 struct alignas(64) CacheLine {
   double lane[8];
 };
 
 inline std::size_t cache_lines(std::size_t doubles) { return (doubles + 7) / 8; }
 
-/// Scratch objects that are kept for the next call, so that one operator serves several threads and memory is
-/// asked for only while the largest number of simultaneous users grows. What is in a fresh lease is whatever
-/// its last user left.
+/// Scratch objects that later calls reuse, so one operator can serve several threads. New memory is needed
+/// only when the number of simultaneous users grows. A new lease contains the data of its last user.
 template <typename Scratch>
 class ScratchPool {
  public:

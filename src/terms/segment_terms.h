@@ -7,17 +7,18 @@
 
 namespace aberfit::internal {
 
-/// Pistons and tilts of segments, at any points: each point has the terms of its own segment alone.
+/// Pistons and tilts of segments at any points. Each point has only the terms of its own segment.
 class SegmentTerms : public TermOperator {
  public:
-  /// terms.segments must be there. Points are of the segments that the sample names, or that hold them.
+  /// terms.segments must exist. A point's segment is named by the sample; otherwise it is the one that holds
+  /// it.
   SegmentTerms(const TermSet& terms, const PupilSample& points);
 
   void forward(const Eigen::VectorXd& coefficients, int threads, bool add,
                SurfaceField* field) const override;
   void adjoint(const SurfaceField& weights, int threads, Eigen::VectorXd* sums) const override;
-  /// Adds the sums over points of `weights` times the height of each term, to the entries of a vector of all
-  /// terms that are its own.
+  /// Adds to the segments' entries of a vector of all terms the sums over points of `weights` times the
+  /// heights.
   void add_heights(const Eigen::ArrayXd& weights, Eigen::Ref<Eigen::VectorXd> sums) const;
 
  private:
@@ -29,8 +30,8 @@ class SegmentTerms : public TermOperator {
 
   Eigen::Index begin_, each_;
   bool piston_;
-  std::vector<Eigen::Index> first_;  // of each point's segment: its first term
-  Eigen::ArrayXd u_, v_;             // from the centre of the segment, over its radius
+  std::vector<Eigen::Index> first_;  // first term of each point's segment
+  Eigen::ArrayXd u_, v_;             // position from the centre of the segment, over its radius
   Eigen::ArrayXd per_radius_;        // [1/m]
 };
 

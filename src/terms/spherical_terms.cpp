@@ -9,8 +9,7 @@ using BlockArray = Eigen::Array<double, kBlockPoints, 1>;
 using BlockMap = Eigen::Map<BlockArray, Eigen::Aligned64>;
 using ConstBlockMap = Eigen::Map<const BlockArray, Eigen::Aligned64>;
 
-/// rho^(p-2): the term is rho^2 times this and its gradient p (x, y) times this, so nothing is divided by
-/// rho.
+/// rho^(p-2). The term is rho^2 times this, its gradient p (x, y) times this; there is no division by rho.
 BlockArray power_below(const BlockArray& rho_squared, int p) {
   BlockArray below = BlockArray::Ones();
   for (int i = 2; i < p; i += 2) below *= rho_squared;

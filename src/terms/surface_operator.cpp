@@ -1,19 +1,18 @@
-// Method. L is a sum of parts (term_operator.h), one per family of terms or several families together:
+// Method. L is a sum of parts (term_operator.h), one for each family of terms or for several families:
 //   pointwise_operator.h  any points: Zernike recurrences (kFused), Fourier phase sums, spherical powers
 //   zernike_polar.h       Zernike terms on rings (kPolar): radial sums, then transforms over the angle
 //   fourier_lattice.h     Fourier terms on a lattice (kLattice): a nonuniform fast Fourier transform
-//   segment_terms.h       pistons and tilts of segments, a point in one of them
-// The pointwise part is always there: it answers where the rays asked for are few,
-// and is what the others are tested against.
+//   segment_terms.h       pistons and tilts of segments, each point in one of them
+// The pointwise part always exists. It handles small sets of rays, and tests compare the others with it.
 //
 // Error of one Zernike mode against its factorial sum in 200 digits, relative to its largest value (gradient)
-// over the disc (tests/terms/zernike_test.cpp): 4e-14 to n = 40, 2.5e-13 at n = 100, 2.2e-12 at n = 300. That
-// is at the rim, where the rounding of tau costs about n^2 eps / 16; between 0.1 and 0.9 of the radius it is
-// below 7e-15.
+// over the disc (tests/terms/zernike_test.cpp): 4e-14 to n = 40, 2.5e-13 at n = 100, 2.2e-12 at n = 300. This
+// is the error at the rim, where rounding of tau costs about n^2 eps / 16; between 0.1 and 0.9 of the radius
+// it is below 7e-15.
 //
-// Speed, 1e9 term-points (Fourier: mode-points, a mode being two terms) per second, value and gradient, one
-// thread on a Xeon server core (AVX-512, two multiply-add units), release build, 65536 points (8192 at n =
-// 300), median of at least 15 runs, quartiles within 5 %; beside it the same core with the AVX2 and the SSE2
+// Speed in 1e9 term-points (Fourier: mode-points, with two terms per mode) per second, for value and gradient
+// on one thread of a Xeon server core (AVX-512, two multiply-add units). Release build, 65536 points (8192 at
+// n = 300), median of at least 15 runs, quartiles within 5 %. The same core also ran the AVX2 and SSE2
 // kernels:
 //                     AVX-512            AVX2               SSE2
 //                     forward  adjoint   forward  adjoint   forward  adjoint
@@ -23,9 +22,9 @@
 //     n = 300, 45451    12.7     11.4       5.3      4.7       2.0      2.1
 //     400 modes          1.7      1.6       1.0      1.0       0.3      0.3
 //
-// The other methods, same core with AVX-512, nanoseconds per point, forward and adjoint, least of many runs
-// on a busy machine; beside the polar ones their largest difference from kFused relative to the largest slope
-// (of both methods together):
+// The other methods on the same core with AVX-512, in nanoseconds per point, forward and adjoint; smallest of
+// many runs on a busy machine. The last column of kPolar is the largest difference from kFused relative to
+// the largest slope:
 //     kPolar            10,000 points     65,536 points     1,000,000 points
 //     n =   8,    42     3.7   3.7         4.4   4.2         4.5   3.5          6e-15
 //     n =  20,   228     4.0   4.3         4.6   4.6         4.5   3.6          3e-14
@@ -33,10 +32,9 @@
 //     n =  60,  1888     6.0   7.8         5.8   6.0         4.7   3.9          2e-13
 //     n =  80,  3318     7.4   9.9         6.2   6.7         5.1   4.1          3e-13
 //     n = 137,  9588    11    18           7.9  11           5.5   5.5          8e-13
-// (on a busy machine; at 65,536 points an idle one took 3.4, 4.4 and 5.2 ns forward for n = 20, 60 and 80,
-// tests/benchmarks/run.sh operator). Transforms are most of it: twice that at 544 = 32 17 spokes and five
-// times at 536 = 8 67, primes that FFTW has no code for. Few rings and many terms (n = 137) pay for the
-// radial sums, in the adjoint for the sums over lanes after each 16 rings.
+// Transforms dominate: they take twice as long at 544 = 32 17 spokes and five times as long at 536 = 8 67,
+// because FFTW has no code for these primes. With few rings and many terms (n = 137) the radial sums add to
+// this, and in the adjoint the sums over lanes after each 16 rings.
 //     kPhaseSums 1.7 and 1.6 1e9 mode-points/s (20,000 modes, 15,000 points).
 //     kLattice, milliseconds at 51,468 points: 10,080 coefficients 3.5 and 5.9, 150 weights of heights at
 //     once 220; 71,288 coefficients 13 and 15, 640.
@@ -90,8 +88,8 @@ bool well_formed(const CartesianGrid& grid, Index points) {
   return true;
 }
 
-/// Throws unless the structure, if there is one, gives the points of the pupil, to 1e-12 of the farthest one:
-/// angles of many turns and products of cosines round differently.
+/// Throws unless the structure, if there is one, gives the points of the pupil to 1e-12 of the farthest one.
+/// The tolerance is needed because angles of many turns and products of cosines round differently.
 void check_structure(const PupilSample& pupil) {
   const auto matches = [&pupil](const auto& structure) {
     if (!well_formed(structure, pupil.size())) return false;
@@ -117,8 +115,7 @@ void check_structure(const PupilSample& pupil) {
     throw std::invalid_argument("SurfaceOperator: the structure of the pupil is not that of its points");
 }
 
-/// Coordinates as the structure gives them where nothing but subsets and spherical terms needs them, else the
-/// pupil's own.
+/// Coordinates from the structure if only subsets and spherical terms need them, else the pupil's own.
 PointCoordinates coordinates_of(const PupilSample& pupil, const OperatorChoice& choice) {
   const bool all_structured = (!choice.zernike || *choice.zernike == ZernikeMethod::kPolar) &&
                               (!choice.fourier || *choice.fourier == FourierMethod::kLattice);
@@ -129,8 +126,8 @@ PointCoordinates coordinates_of(const PupilSample& pupil, const OperatorChoice& 
   return PointCoordinates(pupil.x, pupil.y);
 }
 
-/// Listed rays from which on rings are faster than recurrences at each ray: those cost as the rows (n, |m|),
-/// rings at any order what some fourteen rows do (the table above).
+/// Number of listed rays above which rings are faster than recurrences at each ray. Recurrences cost in
+/// proportion to the rows (n, |m|); rings cost as much as about fourteen rows at any order (the table above).
 Index polar_rays(const TermSet& terms, Index points) {
   constexpr double kRowsOfRings = 14;
   return Index(double(points) * kRowsOfRings / (kRowsOfRings + 0.5 * double(terms.zernike.size())));
@@ -155,7 +152,7 @@ struct SurfaceOperator::Plan {
   struct WholePart {
     Families families;
     std::unique_ptr<TermOperator> part;
-    Index enough_rays;  // listed rays from which on it is faster than the pointwise part
+    Index enough_rays;  // number of listed rays above which it is faster than the pointwise part
   };
 
   TermSet terms;
@@ -164,9 +161,9 @@ struct SurfaceOperator::Plan {
   OperatorChoice choice;
   std::unique_ptr<PointwiseOperator> pointwise;
   std::vector<WholePart> whole;
-  const FourierLattice* lattice = nullptr;  // among the whole parts
-  const SegmentTerms* segments = nullptr;   // among them, too
-  std::unique_ptr<HeightProducts> heights;  // of all terms but those of the lattice
+  const FourierLattice* lattice = nullptr;  // one of the whole parts
+  const SegmentTerms* segments = nullptr;   // one of the whole parts
+  std::unique_ptr<HeightProducts> heights;  // for all terms except those of the lattice
   mutable ScratchPool<SurfaceField> scattered;
 };
 
@@ -237,7 +234,7 @@ void SurfaceOperator::apply(const Eigen::VectorXd& coefficients, SurfaceField* f
     whole.part->forward(coefficients, plan_->threads, add, field);
     add = true;
   }
-  // Without any terms it is the pointwise part that writes the zeros.
+  // Without any terms the pointwise part writes the zeros.
   if (!add || plan_->pointwise->families().any())
     plan_->pointwise->forward(coefficients, plan_->threads, add, field);
 }
@@ -279,7 +276,7 @@ void SurfaceOperator::apply_transpose(std::span<const std::uint32_t> rays, const
 
 Eigen::MatrixXd SurfaceOperator::apply_transpose_heights(std::span<const Eigen::ArrayXd> weights) const {
   if (!plan_->lattice && !plan_->segments) return (*plan_->heights)(weights, plan_->threads);
-  // The lattice and the segments have rows of their own, between and behind those of all other terms.
+  // The lattice and the segments have separate rows, between and after those of the other terms.
   const Index begin = plan_->lattice ? terms().fourier_begin() : terms().spherical_begin(),
               end = terms().spherical_begin(), behind = terms().segments_begin() - end;
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(terms().size(), Index(weights.size()));

@@ -14,12 +14,12 @@ Eigen::MatrixXd zernike_covariance(const RadialPsd& psd, double radius, int m,
                                    const std::vector<int>& n_values) {
   assert(std::is_sorted(n_values.begin(), n_values.end()));
   if (n_values.empty()) return {};
-  std::vector<int> places;  // in the table
+  std::vector<int> places;  // rows in the table
   for (const int n : n_values) {
     assert(n >= std::abs(m) && (n - m) % 2 == 0);
     places.push_back(n - n_values.front());
   }
-  (void)m;  // which m it is decides only which n are allowed
+  (void)m;  // m only determines which n are allowed
   return zernike_covariance_table(psd, radius, n_values.front(), n_values.back())(places, places);
 }
 

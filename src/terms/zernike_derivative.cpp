@@ -10,8 +10,8 @@ namespace aberfit::internal {
 ZernikeExpansion zernike_derivative_along_y(const ZernikeExpansion& expansion) {
   int top = 0;
   for (const ZernikeMode& mode : expansion.modes) top = std::max(top, mode.n);
-  // Peak-normalised coefficients a_n^m, m > 0 real part (cosine) and m < 0 imaginary part (sine) of V, summed
-  // over n, n + 2, ..: what the order n - 1 of the derivative is multiplied by.
+  // Peak-normalised coefficients a_n^m, with m > 0 the real part (cosine) and m < 0 the imaginary part (sine)
+  // of V, summed over n, n + 2, ... They are the factors of the order n - 1 of the derivative.
   const auto place = [](int n, int m) { return Eigen::Index((n * (n + 2) + m) / 2); };
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(place(top, top) + 1);
   for (std::size_t j = 0; j < expansion.modes.size(); ++j) {
@@ -27,8 +27,8 @@ ZernikeExpansion zernike_derivative_along_y(const ZernikeExpansion& expansion) {
     const auto [n, m] = result.modes[j];
     const int k = std::abs(m);
     const auto above = [&, order = n](int angular) { return sum[place(order + 1, angular)]; };
-    // What feeds angular order k: k + 1 by its m - 1, and k - 1 by its m + 1. V^-1 is the conjugate of V^1,
-    // so that order 0 counts twice where it feeds order 1.
+    // Contributions to angular order k: from k + 1 by its m - 1, and from k - 1 by its m + 1. V^-1 is the
+    // conjugate of V^1, so order 0 contributes twice to order 1.
     double value = 0;
     if (m >= 0) {  // the factor i turns sines into cosines
       value = above(-(k + 1));

@@ -12,11 +12,11 @@ struct ZernikeExpansion {
   Eigen::VectorXd coefficients;
 };
 
-/// Derivative of an expansion along y of the disc, itself an expansion, in all modes of lower order (OSA
-/// order). With V_n^m = R_n^|m| exp(i m theta)
+/// Derivative of an expansion along y of the disc, as an expansion in all modes of lower order (OSA order).
+/// With V_n^m = R_n^|m| exp(i m theta)
 ///   dV/dy = i sum_l (n - 2l) (V_{n-1-2l}^{m-1} - V_{n-1-2l}^{m+1})
-/// (Noll 1976, eq. 14, in the form of Janssen 2014). The factor depends on the lower order alone, so
-/// running sums over n make the cost linear in the number of modes. Exact but for rounding.
+/// (Noll 1976, eq. 14, in the form of Janssen 2014). The factor depends only on the lower order, so running
+/// sums over n make the cost linear in the number of modes. Exact except for rounding.
 ZernikeExpansion zernike_derivative_along_y(const ZernikeExpansion& expansion);
 
 }  // namespace aberfit::internal

@@ -15,21 +15,22 @@
 #include "bessel_orders.h"
 
 // With kappa = 2 pi R and x = kappa f the covariance is 8 pi/kappa^2 sqrt(ab) s_a s_b int S J_a J_b df/f, a =
-// n + 1, b = n' + 1, s_a = (-1)^floor(a/2). Four stretches of f:
+// n + 1, b = n' + 1, s_a = (-1)^floor(a/2). The integral has four ranges of f:
 //   head   S is a sum of powers and J_a J_b its first two terms: closed form;
-//   direct Gauss-Legendre panels of at most 2.5 turns of J;
+//   direct Gauss-Legendre panels with at most 2.5 oscillations of J;
 //   tail   J_a = sqrt(2/(pi x)) Re(h_a e^(i(x - a pi/2 - pi/4))), so J_a J_b = (s_a s_b/(pi x)) [Re(h_a conj
 //   h_b) + (-1)^a Im(h_a h_b e^(2ix))]:
 //          smooth amplitudes on octaves, plain weights for the average and Filon weights for the oscillation;
-//   beyond h = 1 and S a sum of powers: closed form, the oscillation has averaged out.
+//   beyond h = 1 and S a sum of powers: closed form, because the oscillation averages out.
 
 namespace aberfit::internal {
 namespace {
 
-constexpr double kPanelWidth = 16;  // in x: J_a J_b turns 5 times on 24 nodes, error below 1e-15 (j_48(16))
+// In x; J_a J_b oscillates 5 times on 24 nodes, error below 1e-15 (j_48(16)).
+constexpr double kPanelWidth = 16;
 constexpr double kHankelFrom = 30;  // in x
 constexpr double kTailOrders =
-    6;  // the tail starts at order^2/6, where h_a h_b turns by 3 rad over an octave
+    6;  // the tail starts at order^2/6, where the phase of h_a h_b changes by 3 rad over an octave
 constexpr double kHeadArgument = 1e-4;
 
 using PanelMatrix = Eigen::Matrix<double, kPanelNodes, Eigen::Dynamic>;
@@ -43,7 +44,7 @@ struct Orders {
 };
 Orders orders_from(int first, int last) { return {first, last < first ? 0 : (last - first) / 2 + 1}; }
 
-// Where the four stretches of f meet.
+// The boundaries of the four ranges of f.
 struct Stretches {
   double low, turn, high;
 };
@@ -55,7 +56,7 @@ Stretches stretches_of(const RadialPsd& psd, double kappa, int top) {
   return s;
 }
 
-// Sums s_a s_b int S J_a J_b df/f into `sum`, all pairs of one parity.
+// Adds s_a s_b int S J_a J_b df/f to `sum`, for all pairs of one parity.
 class FullSum {
  public:
   explicit FullSum(Orders orders) : orders_(orders), sum(Eigen::MatrixXd::Zero(orders.count, orders.count)) {}
@@ -82,7 +83,7 @@ class FullSum {
   Eigen::MatrixXd sum;
 };
 
-// The same for a = b alone.
+// The same for a = b only.
 class DiagonalSum {
  public:
   explicit DiagonalSum(Orders orders) : orders_(orders), sum(Eigen::ArrayXd::Zero(orders.count)) {}
@@ -140,7 +141,7 @@ void add_beyond(const RadialPsd& psd, double kappa, double f, Sum* sum) {
   }
 }
 
-// Sums for the two parities, `sums[i]` belonging to orders[i].
+// Sums for the two parities; `sums[i]` belongs to orders[i].
 template <class Sum>
 void integrate(const RadialPsd& psd, double kappa, const std::vector<Orders>& orders,
                std::vector<Sum>* sums) {

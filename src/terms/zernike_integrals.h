@@ -5,14 +5,13 @@
 
 namespace aberfit::internal {
 
-/// Covariances [m^2] of the coefficients of all radial orders n_min..n_max at once, (n, n') at (n - n_min, n'
-/// - n_min). The sign
-/// (-1)^((n+n'-2|m|)/2) = (-1)^((n-n')/2) does not depend on m, so the entries hold for every signed m that
-/// both orders have; orders of different parity share no m and give 0. Throws ComputationError where the
-/// integral diverges.
+/// Covariances [m^2] of the coefficients of all radial orders n_min..n_max; (n, n') is at (n - n_min, n' -
+/// n_min). The sign (-1)^((n+n'-2|m|)/2) = (-1)^((n-n')/2) does not depend on m, so an entry holds for every
+/// signed m of both orders. Orders of different parity have no common m and give 0. Throws ComputationError
+/// when the integral diverges.
 Eigen::MatrixXd zernike_covariance_table(const RadialPsd& psd, double radius, int n_min, int n_max);
 
-/// Its diagonal alone, in time linear in n_max per quadrature node.
+/// Its diagonal only, in time linear in n_max per quadrature node.
 Eigen::ArrayXd zernike_variances(const RadialPsd& psd, double radius, int n_min, int n_max);
 
 }  // namespace aberfit::internal

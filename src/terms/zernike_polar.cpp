@@ -20,7 +20,7 @@ ZernikePolar::ZernikePolar(const TermSet& terms, const PolarRings& rings)
   for (int m = 0; m <= rows_.m_max(); ++m) {
     const int f = m % spokes, mirror = (spokes - f) % spokes;
     const bool flip = f > mirror;
-    // The spectrum of the slopes at order m - 1 runs the other way round: frequency 1 - m.
+    // The down part of order m has the frequency 1 - m in the spectrum of the slopes.
     folds_.push_back(
         {flip ? mirror : f, (m + 1) % spokes, (1 + mirror) % spokes, flip, f == mirror ? 1.0 : 0.5});
   }
@@ -113,7 +113,7 @@ void ZernikePolar::adjoint(const SurfaceField& weights, int threads, Eigen::Vect
     const auto scratch = scratch_.take();
     prepare(&*scratch);
     const Index begin = Index(block) * kBlockRings, end = std::min<Index>(rings, begin + kBlockRings);
-    if (end - begin < kBlockRings)  // rings that are not there weigh nothing
+    if (end - begin < kBlockRings)  // missing rings have no weight
       std::fill(scratch->orders.begin(), scratch->orders.end(), RingOrder{});
     for (Index ring = begin; ring < end; ++ring) adjoint_ring(int(ring - begin), ring, weights, &*scratch);
     polar_adjoint(set_, rows_, slope_unit_, block_of(begin), scratch->orders.data(), &scratch->lanes, packed);

@@ -13,17 +13,17 @@
 
 namespace aberfit::internal {
 
-/// Zernike part of L on rings of equally spaced points. On a ring of S points the terms of one m share their
-/// angular factor, so per ring the radial orders are summed first, rows x rings of work, and one transform
-/// over the angle does the rest, whatever the number of terms.
+/// Zernike part of L on rings of equally spaced points. On a ring of S points all terms of one m have the
+/// same angular factor. So we sum over the radial orders first, which takes rows x rings operations. Then one
+/// transform over the angle suffices for any number of terms.
 ///
 /// With h = Re sum_m c_m(tau) z^m, c_m = A_m - i B_m the sums over the radial order, the gradient is one
 /// complex field whose spectrum needs neither a rotation nor a division by rho:
 ///     dh/dx + i dh/dy = sum_m up_m e^(i (m+1) phi) + down_m e^(-i (m-1) phi),
 ///     up_m = 4 c'_m z0^(m+1),  down_m = conj((m c_m + 4 rho^2 c'_m) z0^(m-1)),
 /// phi = 2 pi j / S the angle from the ring's first point z0 = rho e^(i turn). (d/dx + i d/dy = 2 d/d(conj
-/// z), and Re f = (f + conj f) / 2.) Frequencies count modulo S, which is exact at the points: orders above S
-/// / 2 are sampled like any function, not aliased away.
+/// z), and Re f = (f + conj f) / 2.) Frequencies count modulo S, which is exact at the points, also for
+/// orders above S / 2.
 class ZernikePolar : public TermOperator {
  public:
   ZernikePolar(const TermSet& terms, const PolarRings& rings);
@@ -34,11 +34,11 @@ class ZernikePolar : public TermOperator {
 
  private:
   using Complex = std::complex<double>;
-  /// Where order m goes in the spectra of a ring.
+  /// Position of order m in the spectra of a ring.
   struct Fold {
     int height, up, down;  ///< frequency of the real spectrum, 0 .. S/2, and of the complex one, 0 .. S - 1
-    bool height_conj;      ///< m falls on S - height
-    double height_factor;  ///< 1/2, or 1 where frequency and its negative are the same
+    bool height_conj;      ///< m aliases to S - height
+    double height_factor;  ///< 1/2, or 1 if a frequency equals its negative
   };
   struct Scratch {
     std::vector<RingOrder> orders;

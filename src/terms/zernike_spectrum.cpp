@@ -16,14 +16,14 @@ using namespace internal;
 
 namespace {
 
-// With kappa = 2 pi R f the transform of Z_n^m over the disc is, up to phases that depend on m alone,
+// With kappa = 2 pi R f the transform of Z_n^m over the disc is, except for phases that depend only on m,
 //   2 pi R^2 norm (-1)^((n - |m|)/2) J_{n+1}(kappa)/kappa times cos or sin of m phi,
-// and averaged over directions norm^2 cos^2 is n + 1. So
+// and the average of norm^2 cos^2 over directions is n + 1. So
 //   S = 4 pi R^2 sum over signed m of |sum_n a_nm sqrt(n + 1) (-1)^((n - |m|)/2) J_{n+1}(kappa)/kappa|^2.
-// The modes enter by their order n and their angular order m separately: a coefficient matrix (n, m), and one
-// table of nodes by n for all m.
+// Orders n and angular orders m separate: we use a coefficient matrix (n, m), and one table of nodes by n for
+// all m.
 constexpr int kNodes = 24;
-// Squares of Bessel functions turn as exp(2 i kappa): on half a panel by 8 rad, which 24 nodes integrate to
+// Squares of Bessel functions oscillate as exp(2 i kappa), 8 rad on half a panel: 24 nodes are exact to
 // rounding.
 constexpr double kSpectrumPanelWidth = 8;
 
@@ -91,8 +91,8 @@ class ZernikeSpectrum : public SurfaceSpectrum {
   std::vector<ZernikeMode> modes_;
   Eigen::Index bins_;
   int n_top_ = 0, m_top_ = 0;
-  std::vector<Eigen::Index> first_;  // node of each bin, and the end
-  Eigen::VectorXd weight_;           // of the nodes, so that a bin's sum is its average
+  std::vector<Eigen::Index> first_;  // first node of each bin, and the end
+  Eigen::VectorXd weight_;           // normalised so that a bin's sum is its average
   Eigen::MatrixXd table_;            // sqrt(n + 1) J_{n+1}(kappa)/kappa: nodes x n
 };
 

@@ -16,19 +16,19 @@
 namespace aberfit {
 namespace {
 
-constexpr int kLeastAcross = 128, kMostAcross = 2048;  // cells
-// Phase between neighbouring cells [rad]. Light that turns by pi lands at the edge of the field of view; with
-// half of that all rays stay in its inner half.
+constexpr int kLeastAcross = 128, kMostAcross = 2048;  // grid points across
+// Largest phase change between neighbours [rad]. A change of pi sends energy to the edge of the field of
+// view; half of that keeps all rays in its inner half.
 constexpr double kMostTurn = 0.5 * kPi;
 
-// H of a whole roughness; the mean spot that the cells' light is compared with is that of the parabola.
+// H of all the roughness. The irradiance on the grid is completed with the mean spot of the parabola.
 class MeanOfParabola : public MeanScatter {
  public:
   MeanOfParabola(const RadialPsd& psd, const GhsPupil& parabola)
       : mean_(psd, parabola), focus_(mean_.at_plane(0)) {}
 
-  // A grid asks for the factor of this part and of the whole, which are one here, at the same shears: half of
-  // the work of a Strehl ratio.
+  // The grid needs the factor of this part and that of the whole at the same shears; here they are equal.
+  // Keeping them saves half of the work of a Strehl ratio.
   Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override {
     const std::lock_guard lock(mutex_);
     if (shear.size() != shear_.size() || (shear != shear_).any()) {
@@ -52,7 +52,7 @@ class MeanOfParabola : public MeanScatter {
   GeneralisedHarveyShack mean_;
   MeanSpot focus_;
   mutable std::mutex mutex_;
-  mutable Eigen::ArrayXd shear_, factor_;  // asked for last
+  mutable Eigen::ArrayXd shear_, factor_;  // of the last call
 };
 
 }  // namespace
@@ -95,7 +95,7 @@ DiffractionPeak AberratedLight::peak(const RadialPsd& psd) const {
   return diffraction_peak(problem(psd), height_);
 }
 
-// A tilt of the surface by X/(2f) along x turns the light by X.
+// A tilt of the surface by X/(2f) along x moves the spot by X.
 AberratedLight::HalfLight AberratedLight::half_light(const RadialPsd& psd) const {
   const DiffractionProblem problem = this->problem(psd);
   const double per_shift = 1 / (2 * problem.focal_length);

@@ -12,7 +12,7 @@ namespace aberfit {
 namespace {
 
 constexpr int kSamples = 400;
-constexpr double kLightBelow = 1e-3;  // of the scattered light, below the range
+constexpr double kLightBelow = 1e-3;  // fraction of the scattered energy below the range
 constexpr double kInsideBand = 1e-6;  // relative distance of the range from a band edge
 constexpr double kCliff = 1.5;        // ratio across a band edge at which a range ends
 constexpr double kLargestG = 10, kLargestLogB = 20;
@@ -22,8 +22,7 @@ double log_of_sum(double one, double two) {  // log(exp(one) + exp(two))
   return larger + std::log1p(std::exp(std::min(one, two) - larger));
 }
 
-// What is fitted: log BSDF at log-spaced sines. log a is the mean of what b and g leave, so that two
-// parameters are left, p = (log b, g).
+// The data: log BSDF at log-spaced sines. log a is the mean of the rest; p = (log b, g) remains.
 struct Samples {
   Eigen::ArrayXd log_sine, log_bsdf;
   double least_log_b = 0;
@@ -52,7 +51,7 @@ struct Samples {
   }
 };
 
-// The best of a grid of knees and exponents: the cost has a second valley where the knee lies outside.
+// The best of a grid of knees and exponents: the cost has a second valley, with the knee outside.
 Eigen::Vector2d best_of_grid(const Samples& samples) {
   const double first = samples.log_sine[0], last = samples.log_sine[samples.log_sine.size() - 1];
   constexpr int kKnees = 24, kExponents = 24;
@@ -71,7 +70,7 @@ Eigen::Vector2d best_of_grid(const Samples& samples) {
   return best;
 }
 
-// Levenberg-Marquardt inside the bounds: a parameter at its bound that would leave is held.
+// Levenberg-Marquardt inside the bounds. A parameter at its bound that would leave is held.
 Eigen::Vector2d refined(const Samples& samples, Eigen::Vector2d p) {
   double damping = 1e-3, cost = samples.cost(p);
   for (int i = 0; i < 300 && damping < 1e12; ++i) {
@@ -103,7 +102,7 @@ Eigen::Vector2d refined(const Samples& samples, Eigen::Vector2d p) {
   return p;
 }
 
-// Sines between which an automatic range lies.
+// Chooses the sines of an automatic range.
 void choose_range(const ScatterFunction& scatter, double floor, double* low, double* high) {
   const double start = 0.1 * scatter.lowest_sine();
   double below = std::log(start), above = 0;  // of the sine within which kLightBelow lies
@@ -111,7 +110,7 @@ void choose_range(const ScatterFunction& scatter, double floor, double* low, dou
     const double middle = 0.5 * (below + above);
     (scatter.within(std::asin(std::exp(middle))) < kLightBelow * scatter.tis() ? below : above) = middle;
   }
-  // A band edge ends the range where single scattering stands out there: at large g nothing is seen of it.
+  // A band edge ends the range if single scattering stands out there. At large g it does not show.
   const auto at = [&](double sine) { return scatter.bsdf(std::asin(std::min(1.0, sine))); };
   const double first = scatter.psd().f_min() * scatter.wavelength(),
                last_of_band = std::min(1.0, scatter.psd().f_max() * scatter.wavelength());
@@ -142,8 +141,8 @@ double AbgModel::within(double theta) const {
   if (!(a > 0) || !(end > 0)) return 0;
   if (g == 0) return kPi * a * end * end / (b + 1);
   if (g == 2) return kPi * a * std::log1p(end * end / b);
-  // With t = s^2 panels of an octave, on which b + s^g is smooth, down to where s^g is nothing beside b or,
-  // for exponents below 2, the rest of the integral of s^(1-g) nothing beside the whole.
+  // Over t = s^2 the panels are octaves, on which b + s^g is smooth. They go down to where s^g is negligible
+  // beside b, or, for exponents below 2, the rest of the integral of s^(1-g) beside the whole.
   const Quadrature rule = gauss_legendre(20, 0, 1);
   double sum = 0, upper = end;
   for (int i = 0; i < 4000; ++i) {

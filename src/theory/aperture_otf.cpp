@@ -17,7 +17,7 @@ using std::numbers::pi;
 
 constexpr int kFewestCells = 320, kMostCells = 4096;
 
-// Area that two discs have in common.
+// Common area of two discs.
 double lens(double one, double two, double distance) {
   if (distance >= one + two) return 0;
   const double smaller = std::min(one, two);
@@ -31,7 +31,7 @@ double lens(double one, double two, double distance) {
   return segment(one, u) + segment(two, distance - u);
 }
 
-// The largest of all distances between two corners, of few; the diameter about the axis, of many.
+// The longest distance between two corners; for many corners, the diameter about the axis.
 double longest_distance(const Aperture& aperture) {
   constexpr std::size_t kMany = 2000;
   std::vector<std::array<double, 2>> points;

@@ -13,8 +13,7 @@ namespace {
 
 constexpr double kReachOfLow = 0.95;
 
-// The light that cells do not see is that of the roughness alone, as the cells of a surface have the errors
-// of its segments.
+// Energy beyond the field of view has no segment errors, because the grid of a surface has them.
 std::shared_ptr<const GeneralisedHarveyShack> with_segments_in_place(
     std::shared_ptr<const GeneralisedHarveyShack> whole) {
   if (!has_segment_errors(whole->pupil().aperture())) return whole;
@@ -66,7 +65,7 @@ std::optional<MeanScatter::Encircled> BandSplit::in_plane(double radius, double 
   if (!looked_for) {
     try {
       spot = whole_->at_plane(dz);
-    } catch (const ComputationError&) {  // aberrations turn too often there
+    } catch (const ComputationError&) {  // the phase of the aberrations is too steep
     }
   }
   std::optional<Encircled> light;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMostDegree = 24, kLooksPerPoint = 3;
 
-// Powers of t of the polynomial through `values` at the Chebyshev points cos((k + 1/2) pi/n) of [-1, 1].
+// Coefficients of the polynomial in t through `values` at the Chebyshev points cos((k + 1/2) pi/n).
 std::vector<double> powers_through(const Eigen::ArrayXd& values) {
   const auto n = int(values.size());
   std::vector<double> sum(std::size_t(n), 0.0), before(sum), last(sum);  // T_(j-2), T_(j-1) as powers
@@ -53,7 +53,7 @@ std::optional<EvenPolynomial> EvenPolynomial::of(const std::function<double(doub
     for (int k = 0; k <= looks; ++k) {
       const double t = std::cos(k * kPi / looks);
       const double off = std::abs(found.value(0.5 * (t + 1) * radius * radius) - at(t));
-      worst = off <= worst ? worst : off;  // NaN stays
+      worst = off <= worst ? worst : off;  // keeps NaN
     }
     if (worst <= error) return found;
   }

@@ -7,14 +7,12 @@
 
 namespace aberfit::internal {
 
-/// A smooth function of the distance from the axis, even in it, as a polynomial in its square: what a conic
-/// or even powers of the radius make of a phase. Targets of a conic by means over azimuth take a third of the
-/// time that they take with its formula.
+/// A smooth even function of the distance from the axis, as a polynomial in its square. It replaces the
+/// formula of a conic or of even powers of the radius in a phase, which takes three times as long.
 class EvenPolynomial {
  public:
-  /// Of the lowest even degree in the square, 2 to 24, that is `error` or less off between the Chebyshev
-  /// points that it goes through. Nothing where none is, or where the function is not finite. radius: where
-  /// the disc ends [m].
+  /// The polynomial of the lowest even degree in the square, 2 to 24, with an error of at most `error`
+  /// between its Chebyshev points. Empty if there is none. radius: of the disc [m].
   static std::optional<EvenPolynomial> of(const std::function<double(double rho)>& function, double radius,
                                           double error);
 
@@ -26,7 +24,7 @@ class EvenPolynomial {
  private:
   double value(double square) const;
 
-  double scale_ = 0;                 // of the square: 2 at the rim
+  double scale_ = 0;                 // factor of the square: 2 at the rim
   std::vector<double> coefficient_;  // of powers of scale_ rho^2 - 1
 };
 

@@ -10,12 +10,12 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kGone = 45;                    // exponent whose transfer shows nowhere: 3e-20
+constexpr double kGone = 45;                    // exponent from which exp(-E) counts as 0: 3e-20
 constexpr double kAccuracyOfTable = 1e-12;      // Legendre tail of E, times exp(-E)
-constexpr std::size_t kMostTablePanels = 3000;  // some milliseconds of a closed form
+constexpr std::size_t kMostTablePanels = 3000;  // takes a few milliseconds for a closed form
 constexpr double kSpotResolved = 1e-11;
-constexpr double kNoOverlap = 1e-7;  // share of the aperture: a mean over less of it is rounding
-constexpr double kSeen = 1e-10;      // of the transfer, that shears beyond may have
+constexpr double kNoOverlap = 1e-7;  // fraction of the aperture; below it a mean is rounding error
+constexpr double kSeen = 1e-10;      // largest transfer allowed beyond the last shear
 constexpr int kMostHalvings = 40;
 constexpr std::size_t kMostPanels = 100'000;
 
@@ -80,7 +80,7 @@ double ExponentTable::operator()(double x) const {
 
 PanelArray ExponentTable::operator()(const PanelArray& x) const {
   const std::size_t k = function_.panel_at(x[0]);
-  if (function_.panels[k].b < x[kPanelNodes - 1]) {  // more than one panel
+  if (function_.panels[k].b < x[kPanelNodes - 1]) {  // the nodes lie on more than one panel
     PanelArray result;
     for (int j = 0; j < kPanelNodes; ++j) result[j] = (*this)(x[j]);
     return result;
@@ -138,7 +138,7 @@ std::shared_ptr<const MomentPanels> ExactTransfer::moments(double dz) const {
   return pupil_->panels(dz, end());
 }
 
-// Shear beyond which the roughness has left next to no transfer anywhere in the aperture.
+// Shear, over the cutoff, beyond which the roughness leaves almost no transfer anywhere in the aperture.
 double ExactTransfer::end() const {
   const double least_share = *std::min_element(pupil_->share().begin(), pupil_->share().end());
   return std::min(1.0, table_->beyond(-std::log(kSeen) / least_share) / (pupil_->least_stretch() * cutoff()));
@@ -177,7 +177,7 @@ void ExactTransfer::append(const MomentPanel& moments, double a, double b, int h
   append(moments, 0.5 * (a + b), b, halvings + 1, part, result);
 }
 
-// On the moments' panels, cut at `edges` [m on the mirror].
+// Panels of the moments, cut at `edges` [m on the mirror].
 std::vector<TransferPanel> ExactTransfer::resolved(double dz, std::vector<double> edges,
                                                    const Part& part) const {
   const std::shared_ptr<const MomentPanels> all = moments(dz);
@@ -189,7 +189,7 @@ std::vector<TransferPanel> ExactTransfer::resolved(double dz, std::vector<double
   for (const MomentPanel& panel : *all) {
     double from = panel.a;
     while (next < edges.size() && edges[next] <= from) ++next;
-    // A table's edge next to an end of this panel is as good as that end.
+    // An edge of the table that is close to the end of this panel may be replaced by that end.
     for (; next < edges.size() && edges[next] < panel.b - 0.1 * (panel.b - from); ++next)
       if (edges[next] > from * (1 + 1e-6)) {
         append(panel, from, edges[next], 0, part, &result);
@@ -232,7 +232,7 @@ Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
   Eigen::ArrayXd result(x.size());
   const std::shared_ptr<const MomentPanels> focus = moments(0);
   auto panel = focus->begin(), known = focus->end();
-  MomentPanel::Values legendre;  // of the panel that is known
+  MomentPanel::Values legendre;  // coefficients of the panel `known`
   for (Eigen::Index k = 0; k < x.size(); ++k) {
     const double s = x[k] / cutoff();
     while (panel != focus->end() && panel->b < s) ++panel;

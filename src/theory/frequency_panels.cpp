@@ -8,8 +8,8 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kWidestPart = 0.05;  // of the frequency
-constexpr double kSameEdge = 0.02;    // of the frequency: breakpoints of a fine table that share a panel
+constexpr double kWidestPart = 0.05;  // in units of the frequency
+constexpr double kSameEdge = 0.02;    // in units of the frequency: closer breakpoints have a common panel
 
 }  // namespace
 
@@ -23,7 +23,7 @@ FrequencyPanels::FrequencyPanels(const RadialPsd& psd, double low, double high, 
   stops.push_back(high);
   edges_.push_back(low);
   for (std::size_t i = 0; i + 1 < stops.size(); ++i) {
-    // Steps of equal count in v, dv = df/max(width, part f): the edges move smoothly with those of the band.
+    // Equal steps in v, dv = df/max(width, part f), so that the edges move smoothly with those of the band.
     const double knee = width / kWidestPart;
     const auto count = [&](double f) { return f < knee ? f / knee : 1 + std::log(f / knee); };
     const auto frequency = [&](double v) { return v < 1 ? v * knee : knee * std::exp(v - 1); };

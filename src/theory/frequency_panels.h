@@ -6,13 +6,13 @@
 
 namespace aberfit::internal {
 
-/// Nodes over a band of frequencies for integrals whose lower limit varies: Gauss-Legendre panels, so that an
-/// integral from any frequency to the top is that of polynomials through the nodes.
+/// Nodes over a band of frequencies for integrals whose lower limit varies. The panels are Gauss-Legendre, so
+/// an integral from any frequency to the top is that of the polynomials through the nodes.
 class FrequencyPanels {
  public:
   static constexpr int kNodes = 4;
-  /// Panels between low and high, 0 < low < high [cycles/m], cut at the breakpoints of the PSD; each at most
-  /// the larger of `width` and 5 % of its frequency wide.
+  /// Panels between low and high, 0 < low < high [cycles/m], cut at the breakpoints of the PSD. Each is at
+  /// most as wide as the larger of `width` and 5 % of its frequency.
   FrequencyPanels(const RadialPsd& psd, double low, double high, double width);
 
   const std::vector<double>& edges() const { return edges_; }
@@ -24,8 +24,7 @@ class FrequencyPanels {
   /// Gauss-Legendre weights of a panel's nodes over its width.
   const Eigen::Array<double, kNodes, 1>& weights() const { return weights_; }
 
-  /// An integral's lower limit: its panel, and the weights of this panel's nodes for the rest of the panel
-  /// [cycles/m]. f in [low, high].
+  /// A lower limit in [low, high]: its panel, and weights [cycles/m] of the nodes for the rest of the panel.
   struct Place {
     Eigen::Index panel = 0;
     Eigen::Array<double, kNodes, 1> weight;
@@ -43,12 +42,12 @@ class TailIntegrals {
  public:
   /// integrand: nodes x functions.
   TailIntegrals(const FrequencyPanels& panels, Eigen::ArrayXXd integrand);
-  /// From a place on to the top, one per function. Of integrands that are nowhere negative, clamped at 0.
+  /// Integrals from a place to the top, one per function, of non-negative integrands; clamped at 0.
   Eigen::ArrayXd from(const FrequencyPanels::Place& place) const;
 
  private:
   Eigen::ArrayXXd integrand_;  // functions x nodes
-  Eigen::ArrayXXd above_;      // functions x edges: from each edge on
+  Eigen::ArrayXXd above_;      // functions x edges: integrals from each edge on
 };
 
 }  // namespace aberfit::internal

@@ -12,8 +12,8 @@ constexpr double kSqrt2 = std::numbers::sqrt2;
 constexpr double kInvSqrtPi = std::numbers::inv_sqrtpi;
 constexpr double kInvSqrt2Pi = kInvSqrtPi / kSqrt2;
 
-// Points of the rules, and the integration length in standard deviations up to which each errs by less than
-// 2e-14 (measured against 150 points over offsets, radii and sigma ratios 0.8 to 1.25).
+// Points of the rules, and the integration length, in standard deviations, up to which each has an error
+// below 2e-14. Measured against 150 points over offsets, radii and sigma ratios 0.8 to 1.25.
 constexpr std::array<int, 4> kPoints{16, 24, 36, 60};
 constexpr std::array<double, 4> kLengths{2.0, 6.0, 12.5, 24.0};
 
@@ -21,14 +21,13 @@ struct Spot {
   double radius, sigma_radial, sigma_tangential;
 };
 
-// Adds the part of the disc where x = radius cos(angle), from angle `low` to `high`, to `sum`; the spot is
-// centred at x = offset.
+// Adds the disc's part with x = radius cos(angle), angle from `low` to `high`; the spot is at x = offset.
 void add_part(const Spot& s, double offset, double low, double high, const DiscRules& rules, DiscShare* sum,
               double offset_sign) {
-  // Arc length in standard deviations bounds the variation of both Gaussians.
+  // The arc length in standard deviations bounds the variation of both Gaussians.
   const double length = s.radius * (high - low) / std::min(s.sigma_radial, s.sigma_tangential);
   if (length >
-      kLengths.back()) {  // only for sigmas that differ a lot, or round spots just inside a disc of 8 sigmas
+      kLengths.back()) {  // only for very different sigmas, or round spots just inside a disc of 8 sigmas
     const double middle = 0.5 * (low + high);
     add_part(s, offset, low, middle, rules, sum, offset_sign);
     add_part(s, offset, middle, high, rules, sum, offset_sign);
@@ -41,7 +40,7 @@ void add_part(const Spot& s, double offset, double low, double high, const DiscR
   for (Eigen::Index i = 0; i < rule.nodes.size(); ++i) {
     const double angle = low + (high - low) * rule.nodes[i];
     const double sine = std::sin(angle), half = std::sin(0.5 * angle);
-    // cos(angle) - 1 without cancellation, so that a distant offset keeps its digits.
+    // This form of cos(angle) - 1 has no cancellation, so a distant offset keeps its digits.
     const double u = (gap - 2.0 * s.radius * half * half) / s.sigma_radial;
     const double q = to_error * sine;  // half chord over sqrt2 sigma_tangential
     const double density =
@@ -69,7 +68,7 @@ DiscShare gaussian_in_disc(double radius, double offset, double sigma_radial, do
   offset = std::abs(offset);
   if (radius <= 0 || offset - radius >= kReach * sigma_radial) return sum;
   const double far_edge = radius - offset;
-  // All inside: the disc of kReach sigmas about the spot's centre lies in it.
+  // The disc of kReach sigmas about the spot's centre lies inside.
   if (far_edge >= kReach * std::max(sigma_radial, sigma_tangential)) {
     sum.value = 1.0;
     return sum;
@@ -82,7 +81,7 @@ DiscShare gaussian_in_disc(double radius, double offset, double sigma_radial, do
   };
   const double full_chord = kReach * sigma_tangential;
   if (radius <= full_chord) {
-    // The share is even in the offset, so a rounding-sized one may be dropped and half the disc integrated.
+    // The result is even in the offset, so an offset of rounding size counts as 0.
     if (offset < 1e-9 * sigma_radial && low_x == -high_x) {
       DiscShare half;
       add_part(spot, 0.0, angle_at(high_x), 0.5 * std::numbers::pi, rules, &half, 0.0);
@@ -104,7 +103,7 @@ DiscShare gaussian_in_disc(double radius, double offset, double sigma_radial, do
   }
   if (high_x > core)
     add_part(spot, offset, angle_at(high_x), angle_at(std::max(core, low_x)), rules, &sum, offset_sign);
-  if (low_x < -core)  // the far cap, seen in a mirror
+  if (low_x < -core)  // the far cap, mirrored
     add_part(spot, -offset, angle_at(-low_x), angle_at(std::max(core, -high_x)), rules, &sum, -offset_sign);
   return sum;
 }

@@ -32,7 +32,7 @@ namespace {
 using std::numbers::pi;
 
 constexpr std::size_t kMostPlanes = 100;
-constexpr double kSameFrequency = 1e-12;  // of panels of two wavelengths
+constexpr double kSameFrequency = 1e-12;  // relative; edges of panels of two wavelengths
 
 }  // namespace
 
@@ -139,7 +139,7 @@ MeanSpot GeneralisedHarveyShack::empty_plane(double dz) const {
   const double f = mirror_.focal_length, radius = aperture_radius(aperture_);
   spot.focal_length_ = f;
   const double shortest = pupil_.light_.shortest();
-  spot.cutoff_ = cutoff() * wavelength_ / shortest;  // of the mean wavelength
+  spot.cutoff_ = cutoff() * wavelength_ / shortest;  // scaled from the mean wavelength
   spot.v_per_radius_ = 2 * pi * cutoff() / (shortest * (f + dz));
   spot.guess_ =
       std::hypot(wavelength_ * f / radius, dz * radius / f, std::isfinite(slope_) ? 2 * f * slope_ : 0.0);
@@ -150,7 +150,7 @@ MeanSpot GeneralisedHarveyShack::sum_of_lines(
     double dz, const std::function<MeanSpot(std::size_t line)>& spot_of) const {
   struct Part {
     MeanSpot spot;
-    double stretch, share;  // from its own s to that of the shortest wavelength
+    double stretch, share;  // stretch: from s of this wavelength to s of the shortest one
   };
   std::vector<Part> parts;
   std::vector<double> edges;
@@ -186,13 +186,13 @@ PsdDerivative GeneralisedHarveyShack::scattering(const PsdDerivative& derivative
 }
 
 double GeneralisedHarveyShack::limit_change(const PsdDerivative& derivative, double scale) const {
-  if (!std::isfinite(g_)) return 0;  // there is neither limit nor core
+  if (!std::isfinite(g_)) return 0;  // no limit and no core
   return scale * std::pow(4 * pi / wavelength_, 2) * scattering(derivative).moment(0);
 }
 
-// (4 pi/lambda)^2 V of PHYSICS 6, linear in S. Waves ten times as long as the aperture tilt it, and lift it,
-// which moves no light. Of a tilt s the phase is (4 pi/lambda) q s r, and q r is the place in the pupil:
-// pairs have (4 pi/lambda)^2 (s x)^2/2 in all, which is q1 q2 (C(0) - C(dr)) less (q1 - q2)^2 f^2 s^2 along
+// (4 pi/lambda)^2 V of PHYSICS 6, linear in S. Waves longer than ten apertures tilt the mirror and lift it; a
+// lift moves no energy. A tilt s has the phase (4 pi/lambda) q s r, and q r is the position in the pupil. So
+// pairs have (4 pi/lambda)^2 (s x)^2/2 in all. That is q1 q2 (C(0) - C(dr)) less (q1 - q2)^2 f^2 s^2 along
 // the shear.
 double GeneralisedHarveyShack::of_uneven_paths(
     const std::function<double(double power, double a, double b)>& moment) const {
@@ -244,14 +244,12 @@ bool GeneralisedHarveyShack::departs() const { return exact_->has_departure(); }
 GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ring_radius) const {
   if (!(ring_radius > 0)) return {kNaN, kNaN, kNaN};
   const double f = mirror_.focal_length;
-  // A cone of rays fills twice the area of the ring at 1.41 of this depth; diffraction adds its own depth of
-  // focus.
+  // A cone of rays fills twice the area of the ring at 1.41 of this depth; diffraction adds to it.
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
-  // Planes of a pupil without symmetry are known to 1e-6, of more than the usual work to 2e-5, and cost up to
-  // seconds; aberrations make them dear.
+  // Planes are accurate to 1e-6 without symmetry, to 2e-5 with aberrations, and may take seconds.
   const bool round = exact_->is_round();
   const double accuracy = departs() ? 1e-5 : round ? 1e-9 : 1e-6;
-  const double gain = !departs() && round ? 1e-11 : accuracy;  // derivatives see where the peak is
+  const double gain = !departs() && round ? 1e-11 : accuracy;  // derivatives need the peak's position
   return ring_halves([&](double dz) { return encircled_energy(ring_radius, dz); },
                      {step, 0.5 * f, accuracy, gain});
 }
@@ -357,7 +355,7 @@ Eigen::VectorXd GeneralisedHarveyShack::predict(const std::vector<Statistic>& st
     else
       tasks.push_back({i});
   }
-  const std::size_t single = tasks.size();  // NaN, which a map cannot hold, went with infinity: both throw
+  const std::size_t single = tasks.size();  // a map cannot hold NaN, so it went with infinity: both throw
   for (const auto& [dz, members] : planes) tasks.push_back(members);
   Eigen::VectorXd result(Eigen::Index(statistics.size()));
   if (curve_slope) curve_slope->setConstant(result.size(), kNaN);

@@ -17,9 +17,9 @@
 namespace aberfit {
 namespace {
 
-// Nodes per piece of the radial quadrature, and the spread up to which each keeps encircled energies of
-// circles, annuli, rectangles and polygons within 1e-11 of 700 nodes; for circles the test
-// RadialNodesSufficeForTheSpreadTheyServe measures it.
+// Nodes per piece of the radial quadrature, and the spread up to which each keeps encircled energies within
+// 1e-11 of 700 nodes. Valid for circles, annuli, rectangles and polygons;
+// RadialNodesSufficeForTheSpreadTheyServe measures it for circles.
 constexpr std::array<int, 9> kDoublings{16, 24, 32, 48, 64, 96, 128, 256, 512};
 constexpr std::array<double, 8> kSpreads{8, 14, 20, 30, 38, 60, 78, 160};
 
@@ -68,7 +68,7 @@ GeometricHarveyShack::GeometricHarveyShack(const Mirror& mirror, const Aperture&
 }
 
 const std::vector<GeometricHarveyShack::Zone>& GeometricHarveyShack::zones(double dz) const {
-  // How many standard deviations the nominal ray would move over the aperture at the fastest rate found.
+  // Spread: how many standard deviations the nominal ray would move over the aperture at its fastest rate.
   const std::vector<Zone>& coarse = levels_.front();
   double rate = 0, sigma = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < coarse.size(); ++i) {
@@ -88,7 +88,7 @@ struct GeometricHarveyShack::Sums {
   double share = 0;
   double d_radius = 0;
   double d_plane = 0;
-  double d_slope = 0;  // over its logarithm: standard deviations are proportional to it
+  double d_slope = 0;  // over ln(slope), because the standard deviations are proportional to it
 };
 
 GeometricHarveyShack::Sums GeometricHarveyShack::sums(double radius, double dz) const {
@@ -97,7 +97,7 @@ GeometricHarveyShack::Sums GeometricHarveyShack::sums(double radius, double dz) 
     const double offset = zone.offset + dz * zone.offset_per_dz;
     double radial = zone.sigma_radial + dz * zone.sigma_radial_per_dz;
     double tangential = zone.sigma_tangential + dz * zone.sigma_tangential_per_dz;
-    if (radial == 0 || tangential == 0) {  // the nominal ray is in or out
+    if (radial == 0 || tangential == 0) {  // the nominal ray is inside or outside
       total.share += zone.weight * (std::abs(offset) <= radius ? 1.0 : 0.0);
       continue;
     }
@@ -131,7 +131,7 @@ double GeometricHarveyShack::radius_over_slope(double radius, double dz) const {
 double GeometricHarveyShack::encircled_energy_radius(double fraction, double dz) const {
   if (!(fraction > 0 && fraction < 1)) return kNaN;
   const double rms = rms_radius(dz);
-  if (!(rms > 0)) return rms;  // every ray on one point
+  if (!(rms > 0)) return rms;  // all rays meet in one point
   double low = 0, high = std::numeric_limits<double>::infinity();
   double radius = rms * std::sqrt(-std::log1p(-fraction));  // exact for a round Gaussian
   for (int i = 0; i < 200; ++i) {
@@ -151,7 +151,7 @@ double GeometricHarveyShack::encircled_energy_radius(double fraction, double dz)
 
 double GeometricHarveyShack::ring_peak(double ring_radius) const {
   if (!(ring_radius > 0)) return kNaN;
-  // Planes where zones cross the axis; a cone of rays fills the ring up to ring / offset_per_dz from there.
+  // Planes where zones cross the axis. A cone of rays fills the ring up to ring / offset_per_dz from there.
   double first = std::numeric_limits<double>::infinity(), last = -first;
   for (const Zone& zone : levels_.front()) {
     first = std::min(first, -zone.offset / zone.offset_per_dz);
@@ -221,8 +221,7 @@ double GeometricHarveyShack::spot_fwhm(double bandwidth) const {
   struct Line {
     double weight, offset, sigma;
   };
-  std::vector<Line> lines;  // every zone seen from `azimuths` directions of a quarter turn; the others are
-                            // its mirror images
+  std::vector<Line> lines;  // profiles of the zones in `azimuths` directions of one quadrant
   const std::vector<Zone>& all = zones(0.0);
   const int azimuths = 8 * int(all.size() / levels_.front().size());
   double reach = 0, narrowest = std::numeric_limits<double>::infinity();
@@ -244,14 +243,14 @@ double GeometricHarveyShack::spot_fwhm(double bandwidth) const {
     }
     return sum;
   };
-  // The profile is even. Scan for its top, then for the outermost place above half of it.
+  // The profile is even. Scan for its top, then for the outermost point above half of it.
   const double step = std::max(0.25 * narrowest, reach / 4000);
   const int steps = int(reach / step) + 1;
   std::vector<double> scan;
   for (int i = 0; i <= steps; ++i) scan.push_back(profile(i * step));
   const int top = int(std::max_element(scan.begin(), scan.end()) - scan.begin());
   double most = scan[std::size_t(top)];
-  if (top > 0) {  // the value at a maximum needs only half the digits of its place
+  if (top > 0) {  // the value at a maximum needs only half the digits of its position
     const auto below = [&](double x) { return -profile(x); };
     most = -boost::math::tools::brent_find_minima(below, (top - 1) * step, (top + 1) * step, kBitsOfPlace)
                 .second;

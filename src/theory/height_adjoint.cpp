@@ -16,8 +16,8 @@ using Complex = std::complex<double>;
 
 constexpr int kFewestCells = 64, kMostCells = 512;
 constexpr int kTransferPerCell = 8, kBinsPerCell = 4;
-constexpr double kCarried = 0.45;  // cycles a cell, of 0.5
-constexpr int kCyclesOfEdge = 12;  // beyond what the phase asks for: diffraction at the aperture's edge
+constexpr double kCarried = 0.45;  // largest usable cycles per grid cell; the limit is 0.5
+constexpr int kCyclesOfEdge = 12;  // extra cycles, for diffraction at the aperture's edge
 constexpr int kSamplesOfPhase = 200;
 constexpr double kFlat = 1e-9;  // rad
 
@@ -32,16 +32,16 @@ double defocus(double focal_length, double wavelength, double dz) {
   return kTwoPi / wavelength * focal_length * dz / (focal_length + dz);
 }
 
-// 1 - cos theta at distance^2 r2 from the axis on the mirror.
+// 1 - cos theta at the squared distance r2 from the axis on the mirror.
 double one_minus_cosine(double r2, double focal_length) {
   const double t2 = r2 / (4 * focal_length * focal_length);
   return 2 * t2 / (1 + t2);
 }
 
-// Distance of a place on a periodic grid from its origin [cells].
+// Distance of a point on a periodic grid from its origin [grid cells].
 double distance(int i, int j, int side) { return std::hypot(std::min(i, side - i), std::min(j, side - j)); }
 
-// exp(+...) in place of exp(-...), by conjugation before and after.
+// The transform with exp(+...) in place of exp(-...), by conjugation before and after.
 void inverse(const FourierTransform& transform, ComplexGrid* values) {
   for (Complex& value : *values) value = std::conj(value);
   transform(values->data());
@@ -66,7 +66,7 @@ int AdjointGrid::cells_for(const SpreadProblem& problem, double dz) {
       last = phase;
     }
   }
-  // A frequency that shifts light by more than the width of the spot no longer interferes with it.
+  // A frequency that shifts the spot by more than its width does not interfere with it.
   const double cycles = 2 * steepest / kTwoPi * 2 * rim + kCyclesOfEdge;
   // Powers of two and three times them, which transform fast.
   int cells = kFewestCells;
@@ -86,7 +86,7 @@ AdjointGrid::AdjointGrid(const SpreadProblem& problem, int cells)
   departure_.resize(points);
   for (Eigen::Index k = 0; k < points; ++k) {
     const double value = phase_of_departure(problem, pupil_.sample.x[k], pupil_.sample.y[k]);
-    departure_[k] = std::isfinite(value) ? value : 0;  // centres of edge cells may lie beyond the sag
+    departure_[k] = std::isfinite(value) ? value : 0;  // grid cells at the edge may lie beyond the sag
     place_.push_back(structure.row[std::size_t(k)] * std::size_t(side_) + structure.column[std::size_t(k)]);
   }
   distance_.resize((cells + 1) * (cells + 2) / 2);
@@ -115,7 +115,7 @@ double AdjointGrid::transfer(double cells) const {
 }
 
 void AdjointGrid::set_frequencies(const Eigen::ArrayXd& frequency) {
-  const int bins = side_ * 3 / 4 * kBinsPerCell;  // the pupil's diagonal
+  const int bins = side_ * 3 / 4 * kBinsPerCell;  // up to the pupil's diagonal
   bessel_ = Eigen::MatrixXd::Zero(bins, frequency.size());
   Eigen::ArrayXd z(bins), unused(bins);
   for (Eigen::Index i = 0; i < frequency.size(); ++i) {
@@ -136,12 +136,13 @@ HeightAdjoint::HeightAdjoint(const AdjointGrid& grid, double dz) : grid_(grid), 
   grid.transform()(transform_.data());
 }
 
-// Transforms of what a lag of the field adds to the light in a disc, r J1(2 pi r nu)/nu times the mean
-// transfer function of the roughness: even and real, the first in the real part, the second in the imaginary
-// one.
+// Transforms of the kernel r J1(2 pi r nu)/nu times the mean transfer function of the roughness: the weight
+// of a lag of the field in the energy of a disc. Both kernels are even and real, so one transform serves two
+// discs: the first in the real part, the second in the imaginary part.
 ComplexGrid HeightAdjoint::kernels(double first, double second) const {
   const int side = grid_.side(), half = side / 2;
-  const double scale = grid_.pitch() / (grid_.wavelength() * (grid_.focal_length() + dz_));  // 1/m a cell
+  const double scale =
+      grid_.pitch() / (grid_.wavelength() * (grid_.focal_length() + dz_));  // [1/m] per grid cell
   const Eigen::ArrayXd& distance = grid_.distance();
   Eigen::ArrayXd z(half + 1), j0(half + 1), j1(half + 1);
   ComplexGrid result(field_.size());
@@ -169,7 +170,7 @@ ComplexGrid HeightAdjoint::kernels(double first, double second) const {
   return result;
 }
 
-// Of two real arrays, one in the real and one in the imaginary part, over bins of distance: bins x 2.
+// Autocorrelations of two real arrays, as real and imaginary part, over bins of distance: bins x 2.
 Eigen::MatrixXd HeightAdjoint::autocorrelations(ComplexGrid responses) const {
   const auto side = std::size_t(grid_.side());
   grid_.transform()(responses.data());
@@ -180,11 +181,11 @@ Eigen::MatrixXd HeightAdjoint::autocorrelations(ComplexGrid responses) const {
                     there = std::conj(responses[(side - i) % side * side + (side - j) % side]);
       powers[i * side + j] = 0.25 * Complex(std::norm(here + there), std::norm(here - there));
     }
-  grid_.transform()(powers.data());  // even and real: the inverse, too, times their number
+  grid_.transform()(powers.data());  // even and real, so this is also the inverse, but for a factor
   Eigen::MatrixXd bins = Eigen::MatrixXd::Zero(grid_.bessel().rows(), 2);
   const std::size_t half = side / 2;
   for (std::size_t i = 0; i < side; ++i)
-    for (std::size_t j = 0; j <= half; ++j) {  // the other half has the same
+    for (std::size_t j = 0; j <= half; ++j) {  // the other half is the same
       const std::size_t a = std::min(i, side - i), low = std::min(a, j), high = std::max(a, j);
       const double place = grid_.distance()[Eigen::Index(high * (high + 1) / 2 + low)] * kBinsPerCell;
       const auto bin = Eigen::Index(place);
@@ -207,8 +208,8 @@ ComplexGrid HeightAdjoint::responses(double first, std::optional<double> second)
     for (std::size_t k = 0; k < light.size(); ++k)
       light[k] = std::conj((disc == 0 ? kernel[k].real() : kernel[k].imag()) * transform_[k]);
     grid_.transform()(light.data());
-    // E = sum_k conj(U_k) V_k, V the field times the kernel, here its conjugate; a height at k turns U_k by
-    // -4 pi q_k/lambda.
+    // E = sum_k conj(U_k) V_k, with V the field times the kernel (`light` holds its conjugate). A height at k
+    // changes the phase of U_k by -4 pi q_k/lambda.
     const double scale = 8 * kPi / (grid_.wavelength() * double(light.size()));
     for (Eigen::Index k = 0; k < grid_.pupil().sample.size(); ++k) {
       const std::size_t place = grid_.place(k);
@@ -235,8 +236,8 @@ Eigen::MatrixXd HeightAdjoint::covariance(const std::vector<double>& radius, con
   const auto discs = Eigen::Index(radius.size());
   const int side = grid_.side(), half = side / 2;
   const double step = 1 / (side * grid_.pitch());
-  // The frequencies of the upper half-plane that have heights: the lower half has their conjugates.
-  std::vector<std::pair<std::size_t, std::size_t>> places;  // f, -f
+  // Frequencies of the upper half-plane with S > 0; the lower half has their conjugates.
+  std::vector<std::pair<std::size_t, std::size_t>> places;  // indices of f and -f
   std::vector<double> weight;
   for (int i = 0; i < side; ++i)
     for (int j = 0; j < half; ++j) {
@@ -247,7 +248,7 @@ Eigen::MatrixXd HeightAdjoint::covariance(const std::vector<double>& radius, con
           std::size_t((side - i) % side) * std::size_t(side) + std::size_t((side - j) % side));
       weight.push_back((j == 0 ? 1 : 2) * s * step * step);
     }
-  Eigen::MatrixXf answers(2 * Eigen::Index(places.size()), discs);  // real parts, imaginary parts
+  Eigen::MatrixXf answers(2 * Eigen::Index(places.size()), discs);  // rows: real and imaginary parts
   for (Eigen::Index d = 0; d < discs; d += 2) {
     const bool is_pair = d + 1 < discs;
     ComplexGrid both =

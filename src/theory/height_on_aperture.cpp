@@ -14,7 +14,7 @@
 namespace aberfit {
 namespace {
 
-constexpr double kCycles = 24;  // the mean of a wave of more over the aperture: 6e-6 of its variance and less
+constexpr double kCycles = 24;  // above it the aperture's mean is below 6e-6 of a wave's variance
 constexpr int kNodesPerCycle = 16;
 
 // Mean square over the aperture of waves below kCycles across, by half their structure function.
@@ -58,7 +58,7 @@ double height_variance_change_on(const Aperture& aperture, const RadialPsd& psd,
                                  const PsdDerivative& derivative) {
   const ApertureOtf otf(aperture);
   const double high = std::max(kCycles / otf.cutoff(), psd.f_min());
-  const double above = std::nextafter(high, kInfinity);  // a ring at `high` counts once
+  const double above = std::nextafter(high, kInfinity);  // a delta ring at `high` counts once
   const double fine = high < psd.f_max() ? derivative.moment(0, psd.f_min() < high ? above : high) : 0;
   if (!std::isfinite(fine) || !(psd.f_min() < high)) return fine;
   const PsdDerivative coarse = derivative.band(0, high);

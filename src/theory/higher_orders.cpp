@@ -9,18 +9,18 @@
 namespace aberfit::internal {
 namespace {
 
-// Cycles of an octave's lowest frequency at which its taper has fallen to a half; the next ones are cut twice
-// as many cycles out. A kink of power 3/2 is rounded over 1/200 of its frequency.
+// Cycles of an octave's lowest frequency at which its taper falls to a half; it ends at twice as many. It
+// rounds a kink of power 3/2 over 1/200 of its frequency.
 constexpr double kTaperCycles = 200;
 constexpr double kTaperSteepness = 6;  // erfc(6) = 2e-17 is left at both ends
 // Cycles of the highest frequency from which the band edge is softened, completely at twice as many.
 constexpr double kSharpEdgeCycles = 200;
-constexpr double kSmallestOfWavelength = 1e-6;  // lags below have nothing to resolve
+constexpr double kSmallestOfWavelength = 1e-6;  // smallest lag that needs resolving
 
 double taper(double z) { return 0.5 * std::erfc(kTaperSteepness * (z - 1)); }
 
-// Weights -1 0 9 16 9 0 -1: the mean has the response (1 - y)^2 (1 + 2 y), y = sin^2(pi f/(2 f_max)), flat to
-// the fourth power at low frequencies, zero at the edge.
+// Weights -1 0 9 16 9 0 -1: the mean has the response (1 - y)^2 (1 + 2 y), y = sin^2(pi f/(2 f_max)). It is
+// flat to the fourth power at low frequencies and zero at the edge.
 constexpr EdgeSoftening kFlatSoftening{kSharpEdgeCycles, 1, 3, 16, 9, -1};
 
 }  // namespace
@@ -36,7 +36,7 @@ double higher_order_transfer(double g2, double e) {
     }
     return core * sum;
   }
-  // exp(q) overflows long after the core is gone.
+  // exp(q) overflows long after the core has vanished.
   return g2 < 600 ? core * (std::expm1(q) - q) : std::exp(-e);
 }
 
@@ -53,7 +53,7 @@ HigherOrders::HigherOrders(const RadialPsd& psd, double wavelength, double g, do
     if (x > 0 && x < reach_) options.breakpoints.push_back(x);
   options.breakpoints.push_back(reach_);
   options.smallest = kSmallestOfWavelength * wavelength;
-  // T over its value at 0 takes the place of exp(-E) in the panels: -log T is infinite where T is gone.
+  // The panels take T over its value at 0 in place of exp(-E); -log T is infinite where T is 0.
   const auto exponent = [&](const Eigen::ArrayXd& x) {
     Eigen::ArrayXd e = k * k * softened_structure(psd, x, kFlatSoftening);
     for (double& value : e) value = -std::log(higher_order_transfer(g * g, std::max(0.0, value)) / light_);
@@ -62,7 +62,7 @@ HigherOrders::HigherOrders(const RadialPsd& psd, double wavelength, double g, do
   SurfaceTransfer transfer = surface_transfer(exponent, kInfinity, options);
   unresolved_ = transfer.unresolved;
   for (int i = 0; i < octaves; ++i) {
-    const double half = kTaperCycles / lower_end(i) / reach_;  // in units of the reach
+    const double half = kTaperCycles / lower_end(i) / reach_;  // in units of reach_
     std::vector<TransferPanel> tapered;
     for (const TransferPanel& panel : transfer.panels)
       if (panel.a < 2 * half)

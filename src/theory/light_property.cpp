@@ -13,7 +13,7 @@ namespace aberfit {
 
 namespace {
 
-constexpr double kNoHeights = 1e-9;  // of the wavelength: scatters 2e-16 of the light
+constexpr double kNoHeights = 1e-9;  // in wavelengths: scatters 2e-16 of the energy
 
 }  // namespace
 
@@ -39,8 +39,7 @@ LightProperties::LightProperties(std::vector<LightProperty> wanted, const GhsPup
   }
 }
 
-// The transfer function of a mirror without aberrations is nowhere below zero, so that its light is highest
-// where all of it adds up: on the axis.
+// Without aberrations the transfer function is nowhere negative, so the irradiance is highest on the axis.
 double LightProperties::strehl(std::size_t k, const GeneralisedHarveyShack& mean) const {
   if (aberrated_) return aberrated_->peak(mean.psd()).strehl;
   const MeanSpot focus = mean.at_plane(0);
@@ -59,7 +58,7 @@ double LightProperties::value(std::size_t k, const GeneralisedHarveyShack& mean)
             const MeanSpot spot = mean.at_plane(0);
             return spot.seen_through_air(spot, r0_of(p)) / perfect_[k];
           },
-          // What rounding leaves far beyond the band may be below zero.
+          // Rounding may leave values below zero far beyond the band.
           [&](const PatchBsdf& p) {
             return std::max(0.0, ScatterFunction(mean.psd(), wavelength_).bsdf(p.theta));
           }},

@@ -11,11 +11,11 @@ namespace {
 
 using std::numbers::pi;
 
-// Frequencies up to which J0 is whole, over the highest of the points: above them it fades, so that nothing
-// rings. They are reached ln(kWhole pi/turn) beyond the last point.
+// Frequencies up to which J0 is complete, over the highest frequency of the points. Above it J0 fades, so
+// that nothing rings. They are reached ln(kWhole pi/turn) beyond the last point.
 constexpr double kWhole = 0.8;
 
-// arg Gamma(1/2 + iy), y >= 0, by Stirling's series from |z| = 8 on: to 1e-12.
+// arg Gamma(1/2 + iy), y >= 0, by Stirling's series from |z| = 8 on, to 1e-12.
 double phase_of_gamma(double y) {
   std::complex<double> z(0.5, y);
   double turned = 0;

@@ -7,20 +7,20 @@
 
 namespace aberfit::internal {
 
-/// Hankel transform of order 0 between points that lie evenly in the logarithm, where it is a convolution
-/// (A. Talman, J. Comput. Phys. 29 (1978) 35; A. Hamilton, MNRAS 312 (2000) 257):
+/// Hankel transform of order 0 between points that are even in the logarithm, where it is a convolution (A.
+/// Talman, J. Comput. Phys. 29 (1978) 35; A. Hamilton, MNRAS 312 (2000) 257):
 ///   y_m = y F(y), y F(y) = 2 pi int x f(x) J0(2 pi x y) y dx, from values x_k f(x_k).
-/// 2 pi x y is small enough everywhere that a step of the logarithm turns J0 by less than 2.
+/// A logarithmic step must change the argument of J0 by less than 2 rad.
 class LogHankel {
  public:
-  /// Points of x from `low` to `high`, both of them points, and of y from about `low_y` to `high_y`; `turn`:
-  /// of J0 over the last step, where x = high and y = high_y, at most [rad].
+  /// Points of x from `low` to `high` inclusive, and of y from about `low_y` to `high_y`. turn: largest
+  /// change of the argument of J0 over the last step, at x = high and y = high_y [rad].
   LogHankel(double low, double high, double low_y, double high_y, double turn);
 
   double step() const { return step_; }  ///< of ln x and ln y
   Eigen::ArrayXd x() const { return points(high_, count_x_); }
   Eigen::ArrayXd y() const { return points(high_y_, count_y_); }
-  /// Takes x f(x) at x() and leaves y F(y) at y().
+  /// Replaces x f(x) at x() by y F(y) at y().
   void operator()(Eigen::ArrayXcd* values) const;
 
  private:
@@ -28,7 +28,7 @@ class LogHankel {
 
   double high_, high_y_, step_ = 0;
   Eigen::Index count_x_ = 0, count_y_ = 0;
-  Eigen::ArrayXcd kernel_;  // of each frequency; longer than x and y by room for what J0 carries around
+  Eigen::ArrayXcd kernel_;  // over frequency; longer than x and y, with room for the wrap-around of J0
   std::unique_ptr<FourierTransform> transform_;
 };
 

@@ -13,10 +13,10 @@ using namespace internal;
 
 namespace {
 
-constexpr double kSquareRoot = 1e-12;                   // of a side
-constexpr double kStepsOfLight = 4, kStepsOfSpot = 64;  // in lambda N, in the spot
+constexpr double kSquareRoot = 1e-12;                   // relative accuracy of a side
+constexpr double kStepsOfLight = 4, kStepsOfSpot = 64;  // steps per lambda N and per spot radius
 constexpr int kMostSteps = 200'000;
-// Of the phase through Kolmogorov turbulence, 2 (24/5 Gamma(6/5))^(5/6), over (x/r0)^(5/3).
+// Structure function of the phase in Kolmogorov turbulence, 2 (24/5 Gamma(6/5))^(5/6), over (x/r0)^(5/3).
 constexpr double kStructureOfAir = 6.883877182;
 
 }  // namespace
@@ -35,8 +35,8 @@ double MeanSpot::encircled_energy_slope(double radius) const {
 double MeanSpot::encircled_energy_radius(double fraction) const {
   if (!(fraction > 0 && fraction < 1)) return kNaN;
   const double v_max = focal_length_ * v_per_radius_;
-  // Over log v: a halo is decades wider than the core. A dark ring has no slope, so Newton's steps are kept
-  // inside a bracket and, where they do not shrink, replaced by one of the regula falsi (Illinois).
+  // Over log v: a halo is decades wider than the core. A dark ring has no slope, so Newton's steps stay
+  // inside a bracket. If they do not shrink, a regula falsi step (Illinois) follows.
   double low = -kInfinity, high = kInfinity, at_low = 0, at_high = 0, last = kInfinity;
   double u = std::min(std::log(guess_ * v_per_radius_), std::log(v_max));
   if (!std::isfinite(u)) u = 0;
@@ -64,7 +64,7 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
       next = std::clamp(next, low + margin, high - margin);
     } else if (!bracketed) {
       next = std::clamp(here.derivative > 0 ? next : u + 2 * (now < 0 ? 1 : -1), u - 2, u + 2);
-      next = std::min(next, std::log(v_max));  // there the answer is infinity or the bracket closes
+      next = std::min(next, std::log(v_max));  // there the result is infinity or the bracket closes
     }
     u = next;
   }
@@ -73,12 +73,12 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
 
 double MeanSpot::irradiance(double radius) const {
   const double v = radius * v_per_radius_, per_area = v_per_radius_ * v_per_radius_ / (2 * kPi);
-  // Of the closed core J1(z)^2/z over v, z = v/2, at 0.
+  // The limit of derivative/v at v = 0.
   if (v == 0) return per_area * (transform_->first_moment());
   return per_area * share(v).derivative / v;
 }
 
-// d/dv int s J0(v s) T ds = -int s^2 J1(v s) T ds, the share of s^2 T in a disc but for its factor v.
+// d/dv int s J0(v s) T ds = -int s^2 J1(v s) T ds: the disc integral of s^2 T, over v.
 double MeanSpot::irradiance_slope(double radius) const {
   const double v = radius * v_per_radius_, per_area = v_per_radius_ * v_per_radius_ / (2 * kPi);
   if (v == 0) return 0;
@@ -106,11 +106,11 @@ double MeanSpot::ensquared_energy_slope(double side) const {
 double MeanSpot::ensquared_side(double fraction) const {
   const double radius = encircled_energy_radius(fraction);
   if (!std::isfinite(radius)) return radius;
-  // The square between the circles within and about it.
+  // The square lies between its inscribed and its circumscribed circle.
   const double least = std::numbers::sqrt2 * radius, most = 2 * radius;
   const auto excess = [&](double side) { return ensquared_energy(side) - fraction; };
   const double at_least = excess(least), at_most = excess(most);
-  if (at_least >= 0) return least;  // no light between the two circles but rounding
+  if (at_least >= 0) return least;  // only rounding between the two circles
   if (at_most <= 0) return most;
   return root_between(excess, least, most, at_least, at_most, kSquareRoot);
 }
@@ -121,7 +121,7 @@ double MeanSpot::search_step() const {
   return std::max(diffraction / kStepsOfLight, spot / kStepsOfSpot);
 }
 
-// Of the largest irradiance before it first falls to half of it; NaN where it does not.
+// Radius of the largest irradiance before it first falls to half of it; NaN where it does not.
 double MeanSpot::peak_radius() const {
   const double step = search_step();
   double top = irradiance(0), at_top = 0;
@@ -134,7 +134,7 @@ double MeanSpot::peak_radius() const {
   return kNaN;
 }
 
-// Between two steps from the highest of those that were looked at.
+// Refines the position of a maximum between two steps of a scan.
 double MeanSpot::summit_near(double radius, double step) const {
   if (radius == 0) return 0;
   const auto slope = [&](double r) { return irradiance_slope(r); };
@@ -142,9 +142,9 @@ double MeanSpot::summit_near(double radius, double step) const {
   return rise > 0 && fall < 0 ? root_between(slope, before, behind, rise, fall) : radius;
 }
 
-// Light whose transfer function ends at the cutoff falls from a maximum M no faster than M cos(pi x/(2 l))^2,
-// l = lambda N half of a period there (Duffin and Schaeffer 1938): a ring at r holds 2 pi r M l or more, less
-// of it further in. Where what is left beyond is less than that of the highest M, no ring is higher.
+// The transfer function ends at the cutoff, so the irradiance falls from a maximum M no faster than M cos(pi
+// x/(2 l))^2, with l = lambda N half of a period (Duffin and Schaeffer 1938). So a ring at r holds at least 2
+// pi r M l. The search ends where less energy than that is left beyond the radius.
 double MeanSpot::highest_radius() const {
   const double ring = kPi / v_per_radius_, step = 2 * ring / kStepsOfLight;
   double top = irradiance(0), at_top = 0;
@@ -176,7 +176,7 @@ double MeanSpot::seen_through_air(const MeanSpot& other, double r0) const {
     for (const TransferPanel& panel : spot->transform_->panels())
       edges.insert(edges.end(), {panel.a, panel.b});
   std::sort(edges.begin(), edges.end());
-  // No more than the air's own length at a time, halves towards 0, where (x/r0)^(5/3) is no polynomial.
+  // Panels as long as r0 or shorter, halved towards 0, where (x/r0)^(5/3) is no polynomial.
   constexpr double kSmallest = 1e-4, kGone = 8;
   double sum = 0;
   const auto add = [&](double a, double b) {

@@ -43,7 +43,7 @@ ModelErrors errors_of(const Theories& theories) {
   return errors;
 }
 
-// What verdicts look at: the default fractions, and planes in depths of focus f sigma_f / R.
+// The default fractions and planes that decide; planes in depths of focus f sigma_f / R.
 const std::vector<double> kFractions = {0.20, 0.35, 0.50, 0.65, 0.80, 0.90, 0.95};
 constexpr double kPlanes[] = {0, -1, 1, -2.5, 2.5, -5, 5};
 

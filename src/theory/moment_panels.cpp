@@ -10,7 +10,7 @@ namespace aberfit::internal {
 namespace {
 
 constexpr std::size_t kMostMomentPanels = 3000;
-constexpr double kNarrowestMoments = 1e-12;  // of all shears
+constexpr double kNarrowestMoments = 1e-12;  // in units of the cutoff
 
 }  // namespace
 

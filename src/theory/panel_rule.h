@@ -7,18 +7,18 @@
 
 namespace aberfit::internal {
 
-/// Gauss-Legendre rule of kPanelNodes points on [-1, 1] and what it does to the polynomial through them.
+/// Gauss-Legendre rule of kPanelNodes points on [-1, 1], and operations on the polynomial through them.
 struct PanelRule {
   using Matrix = Eigen::Matrix<double, kPanelNodes, kPanelNodes>;
   PanelArray t, weight;
-  PanelArray last, last_but_one;  ///< value . last = the highest Legendre coefficient of the polynomial, ...
+  PanelArray last, last_but_one;  ///< value . last: highest Legendre coefficient, then the next
   Matrix legendre;                ///< (l, node): Legendre coefficients from values
   Matrix left, right;             ///< values at the nodes of the lower and of the upper half
 };
 /// Constant, computed at first use.
 const PanelRule& panel_rule();
 
-/// A function on [a, b] by its values at the nodes of the panel.
+/// A function on [a, b], given by its values at the nodes of the panel.
 struct TransferPanel {
   double a = 0, b = 0;
   PanelArray value = PanelArray::Zero();
@@ -38,14 +38,13 @@ struct PanelFunction {
   PanelArray at(const PanelArray& x, std::size_t panel) const;
 };
 
-/// Halves panels until nothing is missing, in ascending order. values: of the function at many places at a
-/// time, panel after panel. missing: what a panel with its values lacks, 0 for one that is done; it may
-/// change the values. Where there are `most` panels, they stay as they are; returns the largest of what they
-/// lack, else 0.
+/// Halves panels until nothing is missing; `panels` is in ascending order. values: the function at many
+/// points, panel after panel. missing: the error of a panel with its values, 0 if it is done; it may change
+/// the values. At most about `most` panels. Returns the largest error that is left, else 0.
 double refine(std::vector<TransferPanel> pending, std::size_t most,
               const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& values,
               const std::function<double(TransferPanel*)>& missing, std::vector<TransferPanel>* panels);
-/// What the polynomial through the nodes misses, told by its last two Legendre coefficients.
+/// Error estimate of the polynomial through the nodes, from its last two Legendre coefficients.
 double unresolved(const TransferPanel& panel);
 /// The lower and upper half, by interpolation.
 TransferPanel lower_half(const TransferPanel& panel);

@@ -17,15 +17,14 @@ using namespace internal;
 
 namespace {
 
-// Differences over the plane, of its distance from the focus: of eighth order, 576 kPlaneStep^8 and
-// 1e-11/kPlaneStep off.
+// Step of differences over the plane, relative to its distance from the peak. They are of eighth order. The
+// error is 576 kPlaneStep^8 from truncation and 1e-11/kPlaneStep from rounding.
 constexpr double kPlaneStep = 0.03;
-constexpr double kPatchStep = 1e-3;  // of ln p, for the scatter of a patch and the light of uneven pupils
+constexpr double kPatchStep = 1e-3;  // step of ln p, for a patch and for pupils without symmetry
 
 }  // namespace
 
-/// Of one PSD and one parameter. All changes are over ln p: they are of the order of the statistic, and so
-/// are the tolerances of what is resolved.
+/// Derivatives for one PSD and parameter p, over ln p: they are of the order of the statistic.
 class JacobianOfGhs {
  public:
   JacobianOfGhs(const GeneralisedHarveyShack& ghs, const PsdModel& model, const PsdVariable& parameter)
@@ -35,7 +34,7 @@ class JacobianOfGhs {
         derivative_(model, parameter),
         scale_(value_of(model, parameter)) {}
 
-  /// d(property)/d ln p at the value of the k-th.
+  /// d(property)/d ln p of property k, whose value is `value`.
   double of_light(const LightProperties& light, std::size_t k, double value) {
     if (!std::isfinite(value)) return kNaN;
     const double perfect = light.perfect_[k];
@@ -55,7 +54,7 @@ class JacobianOfGhs {
                       light.wanted_[k]);
   }
 
-  /// d(statistic)/d ln p at its value.
+  /// d(statistic)/d ln p of a statistic, whose value is `value`.
   double operator()(const Statistic& statistic, double value) {
     if (!std::isfinite(value)) return kNaN;
     return std::visit(
@@ -93,7 +92,7 @@ class JacobianOfGhs {
   double of_radius(double radius, double dz) {
     return -change(dz).encircled_energy(radius) / ghs_.at_plane(dz).encircled_energy_slope(radius);
   }
-  // At the highest irradiance a shift of it changes nothing to first order, so that it may stay where it is.
+  // The position of the highest irradiance stays fixed: its shift has no first-order effect.
   double of_strehl(double value) {
     if (ghs_.pupil().has_uneven_light()) return of_uneven_strehl();
     const MeanSpot focus = ghs_.at_plane(0);
@@ -114,8 +113,7 @@ class JacobianOfGhs {
     const double slope = ghs_.line_spread(bandwidth, nullptr).cosine_slope(w);
     return -(moved.cosine(w) - 0.5 * moved.cosine(0)) / (slope * kPi * nu);
   }
-  // N(z) = E(R, z) falls to half of its peak, which it does not move to first order; R may be a radius of the
-  // focus.
+  // N(z) = E(R, z) falls to half of its peak, whose shift has no first-order effect. R may move, too.
   double of_ring(const RingFwhm& ring) {
     const double radius =
         ring.ring_radius ? *ring.ring_radius : ghs_.encircled_energy_radius(ring.ring_fraction, 0);

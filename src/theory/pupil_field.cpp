@@ -12,8 +12,8 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kSamePhase = 1e-9;   // rad, of points at one radius of a round surface
-constexpr double kRoundPhase = 1e-9;  // rad, of the polynomial of a round departure
+constexpr double kSamePhase = 1e-9;   // [rad], for points at one radius of a round surface
+constexpr double kRoundPhase = 1e-9;  // [rad], for the polynomial of a round departure
 
 // P over r.
 double conjugate(double rho, double focal_length) {
@@ -67,7 +67,7 @@ double PupilField::departure_at(double x, double y) const {
   return 2 * std::numbers::pi / wavelength_ * (1 + c) * departure_(scale * x, scale * y);
 }
 
-// One root and one division serve amplitude and defocus: 1 - c = p^2 / (1 + c), without cancellation.
+// One root and one division serve amplitude and defocus; 1 - c = p^2 / (1 + c) avoids cancellation.
 void PupilField::pairs(double dz, const double* x1, const double* y1, const double* x2, const double* y2,
                        int n, double* amplitude, double* difference, double* scratch) const {
   const double scale = 1 / (focal_length_ * focal_length_);

@@ -9,21 +9,21 @@
 
 namespace aberfit::internal {
 
-/// The wave in the pupil of a mirror without roughness, over the conjugate of the focal plane's coordinates:
-/// P = f times the direction cosine of the ray that comes from there [m], P = r / (1 + t^2), t = r/2f
-/// (PHYSICS 6). Even light on the aperture has the amplitude 2/((1 + c) sqrt(c)) there, c = sqrt(1 - (P/f)^2)
-/// the cosine of the ray's angle.
+/// The wave in the pupil of a mirror without roughness. Its coordinate P = f times the direction cosine of
+/// the ray from that point [m] is conjugate to the focal plane: P = r / (1 + t^2), t = r/2f (PHYSICS 6). Even
+/// illumination of the aperture has the amplitude 2/((1 + c) sqrt(c)), with c = sqrt(1 - (P/f)^2) the cosine
+/// of the ray's angle.
 class PupilField {
  public:
   /// Height of the surface above the parabola [m] at x, y [m].
   using Departure = std::function<double(double, double)>;
 
   /// `departure` is added to that of `mirror`; may be empty. Throws ComputationError where the mirror has no
-  /// sag, or where it is 45 degrees steep, so that light does not come back to the focus.
+  /// sag, or is 45 degrees steep, so that rays do not come back to the focus.
   PupilField(const Mirror& mirror, const Aperture& aperture, double wavelength, const Departure& departure);
 
   double outer() const { return outer_; }  ///< largest |P| of the aperture [m]
-  double inner() const { return inner_; }  ///< of an annulus [m]; 0 for all else
+  double inner() const { return inner_; }  ///< of an annulus [m]; 0 for others
   bool has_departure() const { return !is_parabola_; }
   /// Outline, amplitude and phase depend on |P| alone.
   bool is_round() const { return is_round_; }
@@ -33,27 +33,27 @@ class PupilField {
   /// Phase of the departure at x, y in P [rad].
   double departure_phase(double x, double y) const { return departure_at(x, y); }
 
-  /// Of a round field: two points each, n pairs of them, in the plane f + dz: the product of their
-  /// amplitudes, and the phase at the first less that at the second [rad], with the phase 4 pi h/(lambda (1 +
-  /// t^2)) + (2 pi/lambda) dz (1 - c)/(1 + dz/f). scratch: room for n.
+  /// For a round field and n pairs of points in the plane f + dz: the product of their amplitudes, and the
+  /// phase at the first point less that at the second [rad]. The phase is 4 pi h/(lambda (1 + t^2)) + (2
+  /// pi/lambda) dz (1 - c)/(1 + dz/f). scratch: room for n.
   void pairs(double dz, const double* x1, const double* y1, const double* x2, const double* y2, int n,
              double* amplitude, double* difference, double* scratch) const;
-  /// Of a round field: amplitude and phase [rad] at distances from the axis [m] in that plane.
+  /// For a round field: amplitude and phase [rad] at distances from the axis [m] in that plane.
   void along_radius(double dz, const Eigen::ArrayXd& p, Eigen::ArrayXd* amplitude,
                     Eigen::ArrayXd* phase) const;
-  /// Of a round field: its phase's largest slope [rad/m].
+  /// For a round field: the largest slope of its phase [rad/m].
   double steepest(double dz) const;
 
  private:
   double departure_at(double x, double y) const;
   void add_departure(const double* x, const double* y, int n, double* result) const;
 
-  Departure departure_;  // of the mirror and what was added
+  Departure departure_;  // of the mirror, with the added one
   Aperture aperture_;
   double focal_length_ = 0, wavelength_ = 0;
   double outer_ = 0, inner_ = 0;
   bool is_parabola_ = true, is_round_ = true;
-  // Phase of the departure over P [rad], where it is round and its powers are few.
+  // Phase of the departure over P [rad], if it is round and a short polynomial.
   std::optional<EvenPolynomial> even_;
 };
 

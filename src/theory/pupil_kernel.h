@@ -1,19 +1,17 @@
 #pragma once
 #include "aberfit/core/instruction_set.h"
 
-/// What an overlap of the pupil with itself asks of each of its points, by vectors: a mean spot out of focus
-/// takes millions of them a plane.
+/// Vectorised kernels for the points of a pupil's overlap: millions per plane out of focus.
 namespace aberfit::internal {
 
-/// n pairs of points of the pupil, P [m], and of each the product of amplitudes and the difference of phases
-/// [rad], first less second.
+/// n pairs of pupil points P [m], product of amplitudes, difference of phases [rad] (first less second).
 struct PupilPairs {
   const double *x1, *y1, *x2, *y2;
   int n;
   double *amplitude, *difference;
 };
 
-/// Of even light on a parabola, PupilField::pairs: per_square = 1/f^2 [1/m^2], defocus = (2 pi/lambda)
+/// PupilField::pairs for an evenly illuminated parabola: per_square = 1/f^2 [1/m^2], defocus = (2 pi/lambda)
 /// dz/(1 + dz/f) [rad].
 void parabola_pairs(InstructionSet set, double per_square, double defocus, const PupilPairs& pairs);
 

@@ -15,28 +15,28 @@ namespace {
 
 using std::numbers::pi;
 
-// The taper, in parts of the field of view: light nearer to its edge is mixed with what lies beyond and comes
-// back in from the other side, and knows the cells from an edge the less. Wide where the light of the slopes
-// is; elsewhere narrow, as what edges send beyond is known (transfer_beyond).
+// The taper begins and ends at these fractions of the field of view. Near the edge of the field, energy from
+// beyond comes back in from the other side. There the error of the pixelated aperture edge is largest, too.
+// So the taper is wide for steep phases. Else it is narrow, because transfer_beyond adds the energy of edges.
 constexpr double kNarrowTaper = 0.25, kWideTaper = 0.5, kTaperWidth = 0.2;
-// The distance at which it begins is so many times the steepest slope.
+// The taper begins at this multiple of the distance that belongs to the steepest slope.
 constexpr double kTaperPerSlope = 4;
-constexpr double kTapers = 8;  // different ones, which planes share
-// The same of rings: beyond the cone of light, in steps of its diffraction.
+constexpr double kTapers = 8;  // number of different tapers, so that planes can use the same grid
+// The taper of rings begins some diffraction widths beyond the cone of rays.
 constexpr double kBeyondCone = 1.5, kStepsBeyondCone = 60, kTaperOfRings = 1.3;
-// Shear times the distance where the taper begins, beyond which what is beyond has no transfer: 1e-6.
+// Shear times the taper's start; above it the energy beyond the taper has a transfer below 1e-6.
 constexpr double kShort = 6;
-constexpr int kNodesBeyond = 64;  // on 11 cycles at most
-// The same beyond which the light tells b: of its power j at j times as much.
+constexpr int kNodesBeyond = 64;  // for at most 11 cycles
+// The same product, from which the irradiance resolves b; the power j of b needs j times as much.
 constexpr double kSeenApart = 2;
-// Cycles of the outermost light that the 24 nodes of a panel resolve.
+// Cycles of the outermost irradiance that the 24 nodes of a panel resolve.
 constexpr double kCyclesOfLightPanel = 3.5;
-// Shortest radius, distance and shear of rings, over the outer radius, one over the longest shear, and one
-// over the longest distance: what lies nearer is a millionth.
+// Shortest radius over the outer radius, shortest distance times the longest shear, and shortest shear times
+// the longest distance. The part inside is about 1e-6.
 constexpr double kNear = 1e-3;
-constexpr double kTurnOfRings = 1;     // of J0 from one ring to the next, at the rim and the end [rad]
-constexpr Eigen::Index kTogether = 8;  // shears of a polynomial
-// Ends of the trapezoid rule, to the sixth order.
+constexpr double kTurnOfRings = 1;     // largest change of J0's argument between rings [rad]
+constexpr Eigen::Index kTogether = 8;  // number of shears through which an interpolating polynomial goes
+// Weights at the ends of the trapezoid rule (Gregory), to the sixth order.
 constexpr double kGregory[] = {95 / 288.0, 317 / 240.0, 23 / 30.0, 793 / 720.0, 157 / 160.0};
 
 constexpr double kCellsPerSlenderness = 16;
@@ -63,7 +63,7 @@ Eigen::MatrixXd shifted_chebyshev(int degree) {
   return c;
 }
 
-// Moments at the basis' nodes, from moments of a^i b^j.
+// Moments at the nodes of the basis, from moments of a^i b^j.
 Eigen::ArrayXd at_nodes(const Eigen::MatrixXd& monomials, const MomentBasis& basis) {
   const int degree = int(monomials.rows()) - 1, most = std::min(degree, basis.order - 1);
   const Eigen::MatrixXd to_chebyshev = shifted_chebyshev(degree);
@@ -74,7 +74,7 @@ Eigen::ArrayXd at_nodes(const Eigen::MatrixXd& monomials, const MomentBasis& bas
   return basis.at_nodes(all);
 }
 
-// Weights of kTogether values in their polynomial at `place`, 0 at the first.
+// Lagrange weights of kTogether values at 0, 1, 2, ... for the position `place`.
 Eigen::Array<double, 1, Eigen::Dynamic> lagrange(double place) {
   Eigen::Array<double, 1, Eigen::Dynamic> weight = Eigen::Array<double, 1, kTogether>::Ones();
   for (Eigen::Index i = 0; i < kTogether; ++i)
@@ -83,9 +83,9 @@ Eigen::Array<double, 1, Eigen::Dynamic> lagrange(double place) {
   return weight;
 }
 
-// Transfer at shears x [m] of what a taper from `edge` to `end` takes of light that falls with the cube of
-// the distance: 1 at none. Beyond `end`, where all is taken, the integral of J0(2 pi x d)/d^2 has a closed
-// form but for that of J0, which is 1 less what is missing of it.
+// Transfer at shears x [m] of the energy that a taper from `edge` to `end` removes, if the irradiance falls
+// with the cube of the distance; 1 at x = 0. Beyond `end`, where all is removed, the integral of J0(2 pi x
+// d)/d^2 is closed but for the integral of J0 from `end` on: 1 less that up to `end`.
 Eigen::ArrayXd transfer_beyond(const Eigen::ArrayXd& x, double edge, double end) {
   constexpr int n = kNodesBeyond;
   const Quadrature across = gauss_legendre(n, edge, end), inside = gauss_legendre(n, 0, end);
@@ -103,7 +103,7 @@ Eigen::ArrayXd transfer_beyond(const Eigen::ArrayXd& x, double edge, double end)
   return result;
 }
 
-// Means of a^i b^j over points with that square and weight: b is a times the square of a cosine.
+// Means of a^i b^j over points with the given squares and weights. b is a times the square of a cosine.
 Eigen::MatrixXd mean_of_aperture(const Eigen::ArrayXd& square, Eigen::ArrayXd weight, int degree) {
   weight /= weight.sum();
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(degree + 1, degree + 1);
@@ -149,9 +149,9 @@ PupilCells::PupilCells(const PupilField& field, int cells)
   if (const auto segments = erring_segments(field.aperture())) set_segments(*segments);
 }
 
-// The phase of a height h is 4 pi q/lambda, q the obliquity. Over a shear P of one segment a slope turns it
-// by 4 pi/lambda times P across, P/(2q - 1) along the way from the axis: of these squares the mean over the
-// mirror is taken.
+// The phase of a height h is 4 pi q/lambda times h, q the obliquity. Over a shear P within one segment, a
+// slope changes it by 4 pi/lambda times P across and P/(2q - 1) along the direction from the axis. The decay
+// uses the mean of these squares over the mirror.
 void PupilCells::set_segments(const Segments& segments) {
   segments_.resize(segments.all().size());
   fade_.resize(square_.size());
@@ -269,7 +269,7 @@ FocalGrid::FocalGrid(const Samples& samples, double taper)
 
 namespace {
 
-// Even and smooth, so many cells and their longest shear.
+// Even, a product of small primes, and enough for the grid points of a side plus the longest shear.
 int samples_along(Eigen::Index side, Eigen::Index shear) {
   int samples = int(side + shear) + 1;
   do samples = int(smooth_from(samples + 1));
@@ -296,8 +296,8 @@ FocalGrid::Samples FocalGrid::samples_for_segments(const PupilCells& cells, doub
 
 struct FocalGrid::Workspace {
   std::vector<double> bundles, line, work;
-  std::vector<std::vector<double>> half_way;  // of each field, transformed along columns
-  std::vector<Eigen::ArrayXd> field;          // eight rows of each
+  std::vector<std::vector<double>> half_way;  // each field, transformed along columns
+  std::vector<Eigen::ArrayXd> field;          // eight rows of each field
   Eigen::ArrayXXd both, other, values;
 };
 
@@ -318,7 +318,7 @@ std::unique_ptr<FocalGrid::Workspace> FocalGrid::workspace() const {
   return one;
 }
 
-// Of a field in bundles of columns the transform along columns, at the rows that are kept: row by row.
+// Transforms a field, held in bundles of columns, along columns. Returns the kept rows.
 void FocalGrid::columns_out(Eigen::Index of_cells, Workspace* work, std::vector<double>* kept) const {
   const LineKernels<double>& kernels = line_kernels<double>(best_instruction_set());
   const std::size_t rows = std::size_t(of_cells), blocks = work->bundles.size() / (rows * kBundle);
@@ -376,7 +376,7 @@ Eigen::ArrayXXd FocalGrid::ring_sums(const LitCells& cells, int powers_of_square
       kernels.rows_out(along_x_.steps(), 1, no_shift_.data(), lines, int(cells.columns), field[i].data(),
                        work.data());
     }
-    // Samples c and -c, of eight rows side by side.
+    // Samples c and -c of eight rows at a time.
     using Rows = Eigen::Map<const Eigen::ArrayXXd, 0, Eigen::OuterStride<kBundle>>;
     const auto at = [&](std::size_t i, Eigen::Index from, Eigen::Index part) {
       return Rows(field[i].data() + from * kBundle + part, kLines, most, Eigen::OuterStride<kBundle>());
@@ -450,13 +450,13 @@ std::vector<double> PupilLight::of_powers(const Product& product) {
 
 namespace {
 
-// Sums over the light on a grid, by distance from the axis.
+// Sums over the irradiance on a grid, by distance from the axis.
 struct LightOnGrid {
   const FocalGrid* grid = nullptr;
   Eigen::ArrayXd distance;
-  Eigen::MatrixXd light;  // of each product a column
+  Eigen::MatrixXd light;  // one column per product
 
-  // pitch: of the cells [m]; total: of all light; that beyond the taper is left out.
+  // pitch: of the pupil grid [m]; total: all energy. Energy beyond the taper is left out.
   LightOnGrid(const FocalGrid& on, const Eigen::ArrayXXd& ring_sums, double pitch, double total, double edge,
               double end)
       : grid(&on) {
@@ -469,7 +469,7 @@ struct LightOnGrid {
       light.col(l) = left * on.rings().to_nodes(ring_sums.row(l).transpose()) / (on.count() * total);
   }
   Eigen::ArrayXd within() const { return light.colwise().sum().transpose().array(); }
-  // Rows: at shears x [m].
+  // One row per shear x [m].
   Eigen::ArrayXXd transfer(const Eigen::ArrayXd& x) const {
     const std::shared_ptr<const Eigen::MatrixXd> bessel = grid->bessel(x, distance);
     Eigen::ArrayXXd at(x.size(), light.cols());
@@ -517,7 +517,7 @@ PupilLight PupilLight::of_cells(const PupilCells& cells, const FocalGrid& grid, 
   result.sums = [between, within, counted, decay = cells.decay(),
                  longest = cells.longest_in_a_segment()](const Eigen::ArrayXd& x) {
     Eigen::ArrayXXd sums = between.transfer(x);
-    // Longer shears have no part of a segment, and their sums come from the next period.
+    // Longer shears do not fit into a segment; their sums would come from the next period.
     const Eigen::Index inside = (x <= longest).count();
     const Eigen::ArrayXd shorter = x.head(inside);
     Eigen::ArrayXXd kept = within.transfer(shorter);
@@ -596,7 +596,7 @@ Eigen::ArrayXd LightMoments::whole(const Eigen::MatrixXd& mean, const MomentBasi
   return at_nodes(mean, basis);
 }
 
-// From sums over the light of the products to those of a^i b^j.
+// Converts sums of the products into sums of a^i b^j.
 Eigen::MatrixXd LightMoments::monomials(const Eigen::ArrayXd& sums, double shear2) const {
   const int degree = light_.degree;
   Eigen::MatrixXd in_sum = Eigen::MatrixXd::Zero(degree + 1, degree + 1), result = in_sum;
@@ -620,8 +620,7 @@ Eigen::ArrayXXd LightMoments::operator()(const Eigen::ArrayXd& x) const {
         sums[Eigen::Index(l)] +=
             beyond[k] * (light_.mean(products_[l].i, 0) - light_.within[Eigen::Index(l)]);
     Eigen::MatrixXd all = monomials(sums, std::pow(x[k] / light_.outer, 2));
-    // Of two points that are close b is a small difference over a small shear: there it has its mean over the
-    // aperture.
+    // For close points b is a small difference over a small shear, so it takes its mean over the aperture.
     for (int j = 1; j <= light_.degree; ++j) {
       const double known = std::pow(std::min(1.0, x[k] * light_.edge / (kSeenApart * j)), 2 * j);
       for (int i = 0; i + j <= light_.degree; ++i)

@@ -18,25 +18,25 @@
 namespace aberfit::internal {
 namespace {
 
-// Of H by polynomials over the aperture, at the shear where it is largest.
+// Largest error of H by polynomials over the aperture, at the worst shear.
 constexpr double kInterpolation = 2e-6, kInterpolationByLight = 2e-5;
-constexpr double kOverlapMissed = 1e-11;   // what panels of an overlap may miss
-constexpr double kRoundingOfDisc = 1e-14;  // of a sum over the points of a disc, over its area
-// Turn of the phase [rad] across an overlap up to which its integral takes tenths of a second.
+constexpr double kOverlapMissed = 1e-11;   // largest error of panels of an overlap
+constexpr double kRoundingOfDisc = 1e-14;  // rounding of a sum over the points of a disc, over its area
+// Largest phase change [rad] across an overlap for which its integral takes only tenths of a second.
 constexpr double kMostTurn = 1500;
-// Cells across a pupil: for its edges, and for each wave of the phase's steepest slope, over the diameter.
+// Grid points across a pupil: at least, and per wave of the steepest phase slope times the diameter.
 constexpr int kFewestPupilCells = 256;
 constexpr double kCellsPerWave = 4;
-constexpr double kStepOfCells = 1.19;  // from one number to the next, which planes share
-constexpr double kMostBytes = 2e9;     // of the transforms of one plane
+constexpr double kStepOfCells = 1.19;  // ratio of successive grid sizes, so that planes can use the same grid
+constexpr double kMostBytes = 2e9;     // memory of the transforms of one plane
 constexpr double kKeptOfTransform = 0.35;
-// Waves of the steepest slope over the diameter of a round pupil, at most: a second of its Hankel transform.
+// Largest number of these waves over a round pupil; its Hankel transform then takes a second.
 constexpr double kMostWavesOfRings = 20000;
-constexpr std::size_t kMostKnown = 100;  // planes of a pupil
+constexpr std::size_t kMostKnown = 100;  // planes kept for a pupil
 constexpr double kEndsPerOctave = 4;
 
-// Nodes at which a polynomial meets exp(-E (1 + delta t)), t in [0, 1], for every E: Chebyshev's remainder
-// (E delta)^n exp(-E) / (n! 2^(2n-1)) is largest at E = n.
+// Number of nodes for which a polynomial meets exp(-E (1 + delta t)), t in [0, 1], for every E. Chebyshev's
+// remainder (E delta)^n exp(-E) / (n! 2^(2n-1)) is largest at E = n.
 int interpolation_order(double delta, double accuracy) {
   double factorial = 1;
   for (int n = 1; n < kHighestMomentOrder; ++n) {
@@ -47,7 +47,7 @@ int interpolation_order(double delta, double accuracy) {
   return kHighestMomentOrder;
 }
 
-// Shears over the cutoff where the overlap begins or ends to have a part: of an annulus.
+// Shears over the cutoff at which a part of the overlap of an annulus begins or ends.
 std::vector<double> kinks(const PupilField& field) {
   if (!(field.inner() > 0)) return {1};
   const double e = field.inner() / field.outer();
@@ -56,8 +56,7 @@ std::vector<double> kinks(const PupilField& field) {
   return result;
 }
 
-// Two points of the pupil, lengths over the focal length: the square of their midpoint, that of its part
-// along the shear, and the shear.
+// Two points of the pupil; all lengths are over the focal length.
 struct PairOfAngles {
   double midpoint2, along, shear, q1, q2;
 
@@ -109,10 +108,10 @@ PupilMoments::PupilMoments(PupilField field, int halvings)
   const double rho2 = std::pow(field_.outer() / field_.focal_length(), 2), delta = rho2 / (1 - rho2);
   basis_ = MomentBasis(interpolation_order(delta, kInterpolation));
   degree_ = interpolation_order(delta, kInterpolationByLight) - 1;
-  // What a shear makes of a pair: of lengths from one so short that the next order does not show and rounding
-  // neither, of coherence, which the rest of the aperture counts in, from one half of the longest where both
-  // points are mirror still.
-  constexpr double kShort = 0.01, kSteepest = 0.95;  // of the focal length; sine
+  // Second-order effect of a shear on a pair of points. Lengths use a shear that is short enough for the next
+  // order to vanish and long enough against rounding. The coherence is needed over all of the aperture. It
+  // uses half of the longest shear, or less, so that both points still lie on the mirror.
+  constexpr double kShort = 0.01, kSteepest = 0.95;  // over the focal length; sine
   const double rho = std::sqrt(rho2), far = std::clamp(2 * (kSteepest - rho), kShort, std::max(rho, kShort));
   const double per_f2 = 1 / std::pow(field_.focal_length(), 2);
   for (const double a : basis_.nodes) {
@@ -171,7 +170,7 @@ const PupilCells& PupilMoments::cells_for(double dz, double end) const {
     if (!cells) cells = std::make_unique<const PupilCells>(field_, number);
     return *cells;
   };
-  // As many as the transforms of the field and its products with powers of u have room for.
+  // Largest number that the memory for the field and its products with powers of u allows.
   const ApertureBox box = bounding_box(field_.aperture());
   const double across = 2 * aperture_radius(field_.aperture()), shear = end / cutoff();
   const double samples = ((box.x1 - box.x0) / across + shear) * ((box.y1 - box.y0) / across + shear);
@@ -218,7 +217,7 @@ MomentPanels PupilMoments::make(double dz, double end) const {
       from = to;
     }
     const PupilOverlap overlap(field_, dz, basis_);
-    // The area of a slender annulus is a small difference of two discs, and has their rounding.
+    // The area of a slender annulus is a small difference of two discs and has their rounding error.
     const double filled = 1 - std::pow(field_.inner() / field_.outer(), 2);
     return moment_panels([&](double s) { return overlap(s * cutoff()); }, breakpoints, end,
                          std::max(kOverlapMissed, kRoundingOfDisc / filled));

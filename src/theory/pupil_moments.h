@@ -13,10 +13,10 @@ class LightMoments;
 class PupilCells;
 struct FocalGrid;
 
-/// What the transfer function takes from mirror, aperture and wavelength, whatever the roughness: moments of
-/// the pupil's autocorrelation, plane by plane, as they are asked for. Round pupils have them by quadrature
-/// of the overlap (PupilOverlap), all others, and round ones far out of focus, by their light (LightMoments).
-/// Safe from many threads; everything is a function of its arguments, whether it was there before or not.
+/// The part of the transfer function that mirror, aperture and wavelength decide, without the roughness:
+/// moments of the pupil's autocorrelation. They are computed plane by plane on demand. Round pupils use
+/// quadrature of the overlap (PupilOverlap). All others, and round ones far out of focus, use the focal
+/// irradiance (LightMoments). Safe from many threads; results do not depend on earlier calls.
 class PupilMoments {
  public:
   PupilMoments(PupilField field, int halvings);
@@ -27,23 +27,23 @@ class PupilMoments {
   bool is_round() const { return field_.is_round(); }
   bool has_departure() const { return field_.has_departure(); }
   int order() const { return basis_.order; }
-  /// Of (i, j): distance on the mirror over a small shear; of i: q^2.
+  /// stretch (i, j): distance on the mirror over a small shear; share (i): q^2.
   const std::vector<double>& stretch() const { return stretch_; }
   const std::vector<double>& share() const { return share_; }
-  /// What a shear x [m] makes of them: distances grow by 1 + bend x^2, q1 q2 = q^2 exp(-fall x^2) and
-  /// (q1 - q2)^2 / 2 = apart x^2, of (i, j) [1/m^2].
+  /// Effect of a shear x [m], (i, j) [1/m^2]: distances grow by 1 + bend x^2, q1 q2 = q^2 exp(-fall x^2), and
+  /// (q1 - q2)^2 / 2 = apart x^2.
   const std::vector<double>& bend() const { return bend_; }
   const std::vector<double>& fall() const { return fall_; }
   const std::vector<double>& apart() const { return apart_; }
   double least_stretch() const;
-  double most_stretch() const;  ///< of any shear
-  /// Of the whole aperture.
+  double most_stretch() const;  ///< over all shears
+  /// Moments of the whole aperture.
   const Eigen::ArrayXd& whole() const { return whole_; }
-  /// Over [0, end'] of shear / cutoff, end' the next power of 2^(1/4) from `end` on, at most 1: roughness of
-  /// many amplitudes shares what one has asked for. Remembers the first hundred. Throws ComputationError
-  /// where the phase turns too often for any way.
+  /// Moments over [0, end'] of shear / cutoff, end' the next power of 2^(1/4) from `end` on, at most 1, so
+  /// that roughness of similar amplitude uses the same data. Keeps the first hundred results. Throws
+  /// ComputationError where the phase is too steep for every method.
   std::shared_ptr<const MomentPanels> panels(double dz, double end) const;
-  /// At one shear x [m].
+  /// Moments at one shear x [m].
   Eigen::ArrayXd at(double x, double dz) const;
 
  private:
@@ -55,7 +55,7 @@ class PupilMoments {
   PupilField field_;
   int halvings_ = 0;
   MomentBasis basis_;
-  int degree_ = 0;  // of polynomials in a and b together, of moments by light
+  int degree_ = 0;  // total degree in a and b of moments from the irradiance
   std::vector<double> stretch_, share_, bend_, fall_, apart_;
   Eigen::ArrayXd whole_;
   struct Known;

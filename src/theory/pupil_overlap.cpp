@@ -12,13 +12,12 @@
 namespace aberfit::internal {
 namespace {
 
-// Phase in rad that a rule of 24 nodes, exact to degree 47, integrates beside a smooth rest of degree 8:
-// J_40(14) = 5e-15.
+// Phase [rad] for 24 nodes, exact to degree 47, with a smooth factor of degree 8: J_40(14) = 5e-15.
 constexpr double kTurnOfRule = 28;
-constexpr int kLong = 24;           // nodes of a rule on which the phase turns
+constexpr int kLong = 24;           // nodes of a rule over which the phase changes
 constexpr int kRound = 14;          // nodes along a lens without phase, in the angle of its rim
 constexpr int kAcross = 6;          // nodes across it: amplitudes are smooth in v^2
-constexpr double kSmallTurn = 2.5;  // rad that the nodes without phase carry, too
+constexpr double kSmallTurn = 2.5;  // phase [rad] that these nodes carry, too
 constexpr double kTurnBetweenProbes = 1.1;
 
 const Quadrature& unit_rule(int n) {
@@ -30,7 +29,7 @@ const Quadrature& unit_rule(int n) {
   return rules[std::size_t(n)];
 }
 
-// Nodes on [0, 1] for a smooth function times a phase that turns by `turn`.
+// Nodes on [0, 1] for a smooth function times a phase that changes by `turn` [rad].
 Quadrature line(int smooth, double turn) {
   const int pieces = turn <= kSmallTurn ? 1 : 1 + int(turn / kTurnOfRule);
   const Quadrature& rule = unit_rule(turn <= kSmallTurn ? smooth : std::min(kLong, smooth + 6 + int(turn)));
@@ -104,7 +103,7 @@ void PupilOverlap::set_pairs(const Points& points, double x, Pairs* pairs) const
                pairs->amplitude.data(), pairs->wave.data(), pairs->scratch.data());
 }
 
-// By a few points, three at each u.
+// Estimated from a few points, three at each u.
 PupilOverlap::Turn PupilOverlap::turn_of(const std::vector<Arc>& arcs, double x) const {
   const Arc& rim = arcs.front();
   thread_local Points probes;

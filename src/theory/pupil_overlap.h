@@ -7,12 +7,12 @@
 
 namespace aberfit::internal {
 
-/// The autocorrelation of a round pupil's field, split by where in the pupil: a function H of
-/// a = (|P| / outer)^2 of the midpoint and b = (its part along the shear / outer)^2 that is close to a
-/// polynomial has
+/// The autocorrelation of a round pupil's field, split by position in the pupil. Let a = (|P| / outer)^2 at
+/// the midpoint and b = (its part along the shear / outer)^2. For a function H of a and b that is close to a
+/// polynomial,
 ///   int A(P + x/2) A*(P - x/2) H d2P / int |A|^2 d2P = sum_ij moment_ij(x) H(a_i, b_j),
-/// with a_i and b_j the nodes of a basis. The moments hold no roughness: one set serves a plane. Real part,
-/// which is what encircled energy sees. By Gauss-Legendre under the arcs of the overlap, to 1e-11.
+/// with a_i and b_j the nodes of a basis. The moments do not depend on the roughness: one set serves a plane.
+/// They are the real part, which decides encircled energies. By Gauss-Legendre, to 1e-11.
 class PupilOverlap {
  public:
   /// `field`, which is round, and `basis` must outlive it.
@@ -20,25 +20,24 @@ class PupilOverlap {
 
   /// order^2 moments at shear x >= 0 [m], i major. Safe from many threads.
   Eigen::ArrayXd operator()(double x) const;
-  /// Largest turn of the phase across the overlap at shears up to `end` [m], an estimate [rad].
+  /// Estimate of the largest phase change [rad] across the overlap at shears up to `end` [m].
   double turn(double end) const;
 
  private:
-  /// Points of a quarter of the overlap, midpoints of the two pupil points in a frame whose first axis is the
-  /// shear, and their weights [m^2].
+  /// Midpoints of pairs in a quarter of the overlap, first axis along the shear, with weights [m^2].
   struct Points {
     std::vector<double> u, v, weight;
     void resize(std::size_t count);
   };
-  /// What the two pupil points of each have: places, product of amplitudes, difference of phases.
+  /// The two pupil points of each midpoint: positions, product of amplitudes, difference of phases.
   struct Pairs {
     std::vector<double> x1, x2, amplitude, wave, scratch, cosine;
   };
-  /// The phase [rad] that turns along the shear and across it.
+  /// Change of the phase [rad] along the shear and across it.
   struct Turn {
     double along = 0, across = 0;
   };
-  /// Between a circle's upper half, from u1 to u2, and its diameter; added or taken off.
+  /// The area between a circle's upper half, from u1 to u2, and its diameter; added or subtracted by `sign`.
   struct Arc {
     double radius, centre, u1, u2, sign;
   };

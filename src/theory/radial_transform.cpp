@@ -12,7 +12,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double kMoments = 0.25;  // v s below which four terms of J1 err by 1e-13
+constexpr double kMoments = 0.25;  // v s below which four terms of J1 have an error of 1e-13
 constexpr double kDirect =
     8;  // v (b - a) up to which 24 nodes carry T of degree 23 times J1: J_24(4) = 1e-17
 constexpr double kHankelFrom = 30;  // see hankel_amplitudes
@@ -20,7 +20,7 @@ constexpr double kFilonCosine = 8;  // the same for cosines
 
 bool is_direct(const TransferPanel& panel, double v) { return v * (panel.b - panel.a) <= kDirect; }
 
-// Panels on which J1 turns far.
+// For panels on which the argument of J1 changes much.
 void add_disc(const TransferPanel& panel, double v, RadialTransform::Disc* sum) {
   const PanelArray s = panel.nodes();
   if (is_direct(panel, v)) {
@@ -64,7 +64,7 @@ RadialTransform::RadialTransform(std::vector<TransferPanel> panels) : panels_(st
 }
 
 RadialTransform::Disc RadialTransform::disc(double v) const {
-  if (!std::isfinite(v)) return {kNaN, kNaN};  // no halving would end
+  if (!std::isfinite(v)) return {kNaN, kNaN};  // halving would not end
   std::size_t next = 0;
   while (next < panels_.size() && v * panels_[next].b < kMoments) ++next;
   Disc sum;
@@ -123,7 +123,7 @@ PanelArray RadialTransform::on(double a, double b) const {
   return restricted(*panel, a, b);
 }
 
-// A span of no width has all of its nodes there.
+// A span of zero width has all of its nodes at s.
 double RadialTransform::at(double s) const { return on(s, s)[0]; }
 
 }  // namespace aberfit::internal

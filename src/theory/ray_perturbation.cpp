@@ -9,8 +9,7 @@
 namespace aberfit {
 namespace {
 
-// The reflected unit vector of the nominal ray plus (-ex, -ey, 0). Renormalising changes its length only, not
-// where it lands.
+// The reflected unit vector of the nominal ray plus (-ex, -ey, 0). Its length does not matter.
 Ray<double> deflect(double focal_length, double x, double y, const SurfacePoint<double>& s, double ex,
                     double ey) {
   const double g2 = s.slope_x * s.slope_x + s.slope_y * s.slope_y;
@@ -57,7 +56,7 @@ RayBundle trace_perturbed(const Mirror& mirror, const PupilSample& pupil, const 
       s.slope_x += ex;
       s.slope_y += ey;
     }
-    // Written so that a slope that is not a number counts as lost, too.
+    // In this form a slope that is not a number counts as lost, too.
     const bool returns = s.slope_x * s.slope_x + s.slope_y * s.slope_y < 1.0 && std::isfinite(ex + ey);
     Ray<double> ray{};
     if (returns)

@@ -25,26 +25,26 @@ using namespace internal;
 
 namespace {
 
-constexpr double kLongest = 0.05;       // cycles across the aperture
-constexpr double kCore = 2;             // of lambda f/diameter: scale of the table of encircled energy
+constexpr double kLongest = 0.05;       // longest wave: cycles across the aperture
+constexpr double kCore = 2;             // in lambda f/diameter: scale of the table of encircled energy
 constexpr double kBetweenPlanes = 0.5;  // correlation of pairs in the focus and at the end of a width
-constexpr double kPartOfFocus = 0.95;   // where tables of encircled energy end at most, of the focal length
+constexpr double kPartOfFocus = 0.95;   // largest radius of tables of encircled energy, over the focal length
 
-// Light of a mean spot in discs away from its axis, from a table of its encircled energy.
+// Energy of a mean spot in discs away from its axis, from a table of its encircled energy.
 class ShiftedDisc {
  public:
-  // core: radius of the order of the spot's finest detail [m]; reach: largest distance from the axis [m].
+  // core: radius [m] of the order of the spot's finest detail; reach: largest distance from the axis [m].
   ShiftedDisc(const MeanSpot& spot, double core, double reach);
-  // Light in a disc of `radius` whose centre is `shift` from the axis [m]:
+  // Energy in a disc of `radius` whose centre is `shift` from the axis [m]:
   //   (1/2 pi) oint E(rho)/rho^2 (X . n) ds
-  // around its edge, by Gauss's theorem. Error about 1e-3 of E(radius) (linear interpolation of E/rho^2).
+  // around its edge, by Gauss's theorem. Error about 1e-3 of E(radius), from linear interpolation of E/rho^2.
   double operator()(double radius, double shift) const;
 
  private:
   double mean_irradiance(double rho) const;  // E(rho)/rho^2
 
   static constexpr double kStep = 0.03;   // in asinh(rho/core)
-  static constexpr double kFirst = 1e-3;  // of the core: stands for its centre
+  static constexpr double kFirst = 1e-3;  // in units of the core: radius of the node at the centre
   static constexpr int kNodes = 32;
   static constexpr double kNarrowest = 1e-5;  // rad
   Quadrature rule_;
@@ -72,8 +72,8 @@ double ShiftedDisc::mean_irradiance(double rho) const {
 }
 
 double ShiftedDisc::operator()(double radius, double shift) const {
-  // Over the angle b from the edge's point nearest to the axis, in steps that grow from the spot's core or
-  // the distance to it on: b = narrow sinh(s).
+  // Integrates over the angle b from the point of the edge nearest to the axis, with b = narrow sinh(s). So
+  // the steps grow from the size of the spot's core, or from the distance to it if that is larger.
   const double nearest = std::abs(radius - shift);
   const double narrow = std::clamp(
       std::hypot(0.5 * core_, nearest) / std::sqrt(radius * std::max(radius, shift)), kNarrowest, 1.0);
@@ -88,7 +88,7 @@ double ShiftedDisc::operator()(double radius, double shift) const {
   return std::max(0.0, radius / kPi * last * sum);
 }
 
-// Discs of one plane by their index.
+// Indices of the discs in one plane.
 struct Plane {
   double dz = 0;
   std::vector<std::size_t> discs;
@@ -105,7 +105,7 @@ std::vector<Plane> planes_of(const std::vector<FocalDisc>& discs) {
   return planes;
 }
 
-// Behind the discs the light in the focus, of each that is the end of a width.
+// Appends a disc in the focus for each disc that is the end of a width.
 std::vector<FocalDisc> with_focus(const std::vector<FocalDisc>& discs) {
   std::vector<FocalDisc> result = discs;
   for (const FocalDisc& disc : discs)
@@ -113,7 +113,7 @@ std::vector<FocalDisc> with_focus(const std::vector<FocalDisc>& discs) {
   return result;
 }
 
-// Phase per height [1/m]: in the mean square over the aperture, of obliquity 1/(1 + t^2).
+// Phase per height [1/m], root mean square over the aperture, with the obliquity 1/(1 + t^2).
 double wave_number(const SpreadProblem& problem) {
   double square = 0;
   for (const RadialNode& node : radial_quadrature(problem.aperture, 16)) {
@@ -144,7 +144,7 @@ RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& di
   return scattering_band(problem.psd, problem.wavelength).psd;
 }
 
-// Largest spread over its limit.
+// Largest ratio of a spread to its limit.
 SmallestCut judged(const RealisationSpread& spread, const Eigen::ArrayXd& limits, double cut) {
   SmallestCut result;
   result.frequency = cut;
@@ -155,8 +155,7 @@ SmallestCut judged(const RealisationSpread& spread, const Eigen::ArrayXd& limits
   return result;
 }
 
-// A rest narrower than the aperture resolves goes to the terms: all of it up to half a cycle, continuously
-// less of it up to a whole one.
+// Terms represent a rest narrower than one cycle: all of it up to half a cycle, then less and less.
 double resolved_cut(const RealisationSpread& spread, double cut) {
   const double width = spread.highest() - cut, cycle = spread.resolution();
   return width < cycle ? spread.highest() - std::max(0.0, 2 * width - cycle) : cut;
@@ -165,19 +164,19 @@ double resolved_cut(const RealisationSpread& spread, double cut) {
 }  // namespace
 
 struct RealisationSpread::Tables {
-  // with_pairs: `pairs` too, of the discs' one plane.
+  // with_pairs: also computes `pairs`; needs discs of one plane.
   Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads,
          bool with_pairs = false);
-  // By the three terms of var E(r): nodes x discs.
+  // The three terms of var E(r), nodes x discs.
   struct Terms {
-    Eigen::ArrayXXd linear;  // of S
+    Eigen::ArrayXXd linear;  // factor of S
     Eigen::ArrayXXd moving;  // S dE/dS
     Eigen::ArrayXXd moved;   // M
   };
   void evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, const Plane& plane,
                 const std::map<int, AdjointGrid>& grids, Terms* terms, bool with_pairs);
   Eigen::ArrayXXd integrand(const std::vector<FocalDisc>& discs, const Terms& terms) const;
-  Eigen::ArrayXd weights() const;  // of int d2f over all of the band
+  Eigen::ArrayXd weights() const;  // weights of int d2f over the band
   FrequencyPanels::Place place(double cut) const {
     return panels.place(std::clamp(cut, panels.edges().front(), panels.edges().back()));
   }
@@ -190,7 +189,7 @@ struct RealisationSpread::Tables {
   std::optional<TailIntegrals> of_light;  // the integrands of var E(r), one per disc
   ScrambledLight scrambled;
   double height_variance, slope_variance;
-  Eigen::MatrixXd pairs;  // covariance of the discs
+  Eigen::MatrixXd pairs;  // covariance matrix of the discs
 };
 
 Eigen::ArrayXd RealisationSpread::Tables::weights() const {
@@ -234,7 +233,7 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
   of_light.emplace(panels, integrand(discs, terms));
 }
 
-// Of the discs that are asked for; behind them stand those of `with_focus`.
+// Integrands of the caller's discs; the discs of `with_focus` follow them.
 Eigen::ArrayXXd RealisationSpread::Tables::integrand(const std::vector<FocalDisc>& discs,
                                                      const Terms& terms) const {
   Eigen::ArrayXXd result(s.size(), Eigen::Index(discs.size()));
@@ -252,12 +251,12 @@ Eigen::ArrayXXd RealisationSpread::Tables::integrand(const std::vector<FocalDisc
   return result;
 }
 
-// Writes to the columns of the plane's own discs alone.
+// Writes only the columns of the discs in this plane.
 void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
                                          const Plane& plane, const std::map<int, AdjointGrid>& grids,
                                          Terms* terms, bool with_pairs) {
   const double focal_length = problem.mirror.focal_length, distance = focal_length + plane.dz;
-  const double per_frequency = problem.wavelength * distance;  // shift of light
+  const double per_frequency = problem.wavelength * distance;  // shift of the spot per frequency [m^2]
   const Eigen::ArrayXd& f = panels.frequency();
   double reach = per_frequency * f[f.size() - 1];
   std::vector<double> radius;
@@ -270,7 +269,7 @@ void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std
   const double square = phase_per_height * phase_per_height;
   const Eigen::ArrayXd transfer = adjoint.transfer_function();
   const Eigen::ArrayXXd moved = scrambled(f, transfer, grid.pitch(), distance, radius);
-  Eigen::ArrayXXd answered, moving(f.size(), Eigen::Index(radius.size()));  // S dE/dS: columns of discs
+  Eigen::ArrayXXd answered, moving(f.size(), Eigen::Index(radius.size()));  // S dE/dS, one column per disc
   if (!adjoint.is_flat()) answered = adjoint.power(radius);
   for (std::size_t d = 0; d < radius.size(); ++d) {
     const double inside = spot.encircled_energy(radius[d]);
@@ -286,7 +285,7 @@ void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std
   pairs = 2 / area * moving.matrix().transpose() * weight.matrix().asDiagonal() * moving.matrix() +
           scrambled.covariance(f, weight * s, transfer, grid.pitch(), distance, radius);
   if (adjoint.is_flat()) return;
-  // The grid of heights has the correlation; its variance is better known by the panels.
+  // The grid of heights gives the correlation; the panels give a more accurate variance.
   Eigen::MatrixXd linear = adjoint.covariance(radius, psd);
   const Eigen::ArrayXd variance = (answered.colwise() * (weight * s)).colwise().sum().transpose();
   const Eigen::VectorXd scale = (variance / linear.diagonal().array().max(1e-300)).sqrt();
@@ -333,7 +332,7 @@ SmallestCut smallest_cut(const RealisationSpread& spread, const Eigen::ArrayXd& 
     throw std::invalid_argument("smallest cut: not one limit per disc");
   if (!(limits > 0).all()) throw std::invalid_argument("smallest cut: a limit is not above zero");
   const std::vector<double>& edges = spread.edges();
-  std::size_t below = edges.size() - 1;  // the first edge from above that breaks a limit
+  std::size_t below = edges.size() - 1;  // the highest edge that breaks a limit
   while (below > 0 && judged(spread, limits, edges[below - 1]).share_of_limit <= 1) --below;
   if (below == 0) {
     SmallestCut result = judged(spread, limits, edges.front());

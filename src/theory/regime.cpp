@@ -19,12 +19,11 @@
 namespace aberfit {
 namespace {
 
-constexpr double kAiryEe90 = 1.9006879778302467;  // of a full circle: root of J0^2 + J1^2 = 0.1, over pi
+constexpr double kAiryEe90 = 1.9006879778302467;  // full circle: root of J0^2 + J1^2 = 0.1, over pi
 
 constexpr boost::math::policies::policy<boost::math::policies::promote_double<false>> kInDouble;
 
-// ee90 of a perfect aperture over lambda f [1/m]: EE(a) = 2 pi a int OTF(x) J1(2 pi a x) dx over pupil
-// shears.
+// ee90 of a perfect aperture over lambda f [1/m], from EE(a) = 2 pi a int OTF(x) J1(2 pi a x) dx.
 double perfect_ee90(const ApertureOtf& otf) {
   constexpr int kNodes = 64;
   constexpr double kEe90Tolerance = 1e-13;
@@ -32,7 +31,7 @@ double perfect_ee90(const ApertureOtf& otf) {
   std::vector<double> shear, weight;
   double low = 0;
   for (const double high : otf.breakpoints()) {
-    // Between breakpoints the OTF ends in half powers of the distance; x = 3 t^2 - 2 t^3 makes them whole.
+    // Pieces of the OTF end in half powers; x = 3 t^2 - 2 t^3 turns them into whole powers.
     for (Eigen::Index i = 0; i < rule.nodes.size(); ++i) {
       const double t = rule.nodes[i];
       shear.push_back(low + (high - low) * t * t * (3 - 2 * t));
@@ -127,8 +126,8 @@ SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Ape
       n.paper_ratio_r = 2.0 * n.rms_height * diameter / (1.22 * wavelength * n.correlation_length);
     }
     if (!std::isfinite(structure_function(psd, Eigen::ArrayXd::Constant(1, diameter))[0])) n.kappa = kNaN;
-    // Without a slope variance x1 is 0, where E is 0: kappa stays 0, and so does n_eff, whose two integrals
-    // diverge. Without a height variance E is half the phase's structure function.
+    // Without a slope variance x1 is 0, where E is 0. So kappa stays 0, and so does n_eff, whose two
+    // integrals diverge. Without a height variance E is half the phase's structure function.
     if (std::isfinite(n.rms_slope_per_axis)) {
       n.n_eff = effective_modes(moments, aperture_area(aperture));
       const double x1 = std::numbers::sqrt2 * wavelength / (4.0 * std::numbers::pi * n.rms_slope_per_axis);

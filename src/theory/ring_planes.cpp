@@ -11,7 +11,7 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr int kEvenSteps = 16, kMostSteps = 200;  // of the first look, to either side: to 1e6 steps
+constexpr int kEvenSteps = 16, kMostSteps = 200;  // of the first scan; reaches 1e6 first steps
 constexpr double kNearlyMost = 0.9, kCloser = 0.125;
 constexpr int kMostRoundsCloser = 12, kMostPeaks = 12;
 
@@ -48,7 +48,7 @@ class Scan {
     return plane.share;
   }
 
-  // The first plane on a side of the highest one that holds less than `share`; nothing is `last() + 1`.
+  // The first plane on one side of the highest that holds less than `share`, or `last() + 1`.
   std::size_t below(double share, bool up) const {
     for (std::size_t i = top_;; up ? ++i : --i) {
       if (planes_[i].share < share) return i;
@@ -56,8 +56,7 @@ class Scan {
     }
   }
 
-  // The highest point of the polynomial through the five planes about the highest one, between its
-  // neighbours.
+  // The highest point of the polynomial through the five planes about the highest one.
   Plane promised() const {
     const std::size_t from = top_ < 2 ? 0 : top_ - 2, to = std::min(last(), from + 4);
     const std::vector<Plane> near(planes_.begin() + std::ptrdiff_t(from),
@@ -68,7 +67,7 @@ class Scan {
     int best = 1;
     for (int k = 2; k < kLooks; ++k)
       if (interpolated(near, at(k)) > interpolated(near, at(best))) best = k;
-    // In steps, whose number has no unit: the search ends within 1e-8 of one.
+    // Minimises over the step number, which has no unit: the search ends within 1e-8 of a step.
     const auto [step, lack] = boost::math::tools::brent_find_minima(
         [&](double from_best) { return -interpolated(near, at(best + from_best)); }, -1.0, 1.0, 26);
     return {at(best + step), -lack};
@@ -76,7 +75,7 @@ class Scan {
 
  private:
   const std::function<double(double)>& energy_;
-  std::vector<Plane> planes_;  // by dz
+  std::vector<Plane> planes_;  // ascending in dz
   std::size_t top_ = 0;
 };
 
@@ -91,7 +90,7 @@ void look_outwards(const RingSearch& search, Scan* scan) {
   }
 }
 
-// Intervals beside planes that hold nearly the most are halved until they are short beside the width.
+// Halves intervals next to planes that hold nearly the most, until they are short against the width.
 void look_closer(Scan* scan) {
   for (int round = 0; round < kMostRoundsCloser; ++round) {
     const std::size_t lower = scan->below(0.5 * scan->most(), false),

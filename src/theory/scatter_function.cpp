@@ -15,19 +15,18 @@ using namespace internal;
 
 namespace {
 
-constexpr double kBelowTheBand = 1e-2;   // of f_min, down to which the higher orders are shown
-constexpr double kBelowTheLags = 1e-3;   // of 1/(2 pi x), x the lag at which E reaches half its way
-constexpr double kHighestLowest = 1e-3;  // largest lowest sine
-constexpr double kJump = 1e-3;           // relative step of S that counts as one
+constexpr double kBelowTheBand = 1e-2;   // lowest frequency at which the higher orders are shown, in f_min
+constexpr double kBelowTheLags = 1e-3;   // the same in 1/(2 pi x), x the lag of deciding_lag
+constexpr double kHighestLowest = 1e-3;  // upper bound of the lowest sine
+constexpr double kJump = 1e-3;           // relative step of S that counts as a jump
 constexpr double kBesideJump = 1e-6;
-constexpr double kInterpolation = 1e-3;  // between rows, where the function is above the next of its maximum
+constexpr double kInterpolation = 1e-3;  // between rows, above kWorthRefining times the maximum
 constexpr double kWorthRefining = 1e-4;
-constexpr double kLightOfInterval = 3e-6;  // of all that is scattered, by which a chord may be off
+constexpr double kLightOfInterval = 3e-6;  // allowed error of the energy between two rows, over the TIS
 constexpr int kMostHalvings = 8;
-constexpr std::size_t kMostBreakpoints = 3000;  // that are rows of their own
+constexpr std::size_t kMostBreakpoints = 3000;  // number of breakpoints that still get a row each
 
-// Lag [m] at which E(x) comes to half of min(g^2, 1): what the scattered light is made of. The longest lag
-// looked at where it does not come so far.
+// Lag [m] at which E(x) reaches half of min(g^2, 1), or the longest one; it decides the scatter angle.
 double deciding_lag(const RadialPsd& psd, double wavelength, double g) {
   constexpr int kCount = 180;
   Eigen::ArrayXd x(kCount);
@@ -53,7 +52,7 @@ Row row_at(const ScatterFunction& scatter, double sine) {
   return {sine, scatter.bsdf(theta), scatter.within(theta)};
 }
 
-// 2 pi int BSDF s ds between two rows, the BSDF being a power of the sine.
+// 2 pi int BSDF s ds between two rows, for a BSDF that is a power of the sine.
 double light_of_chord(const Row& one, const Row& two) {
   const double first = one.bsdf * one.sine * one.sine, second = two.bsdf * two.sine * two.sine;
   if (!(first > 0 && second > 0)) return 0;
@@ -61,7 +60,7 @@ double light_of_chord(const Row& one, const Row& two) {
   return kTwoPi * first * width * (log_ratio == 0 ? 1 : std::expm1(log_ratio) / log_ratio);
 }
 
-// Appends rows after `one` up to and with `two`, halved until a chord in logarithms is close enough.
+// Appends rows after `one` up to and including `two`, halved until log-log interpolation is close enough.
 void append_rows(const ScatterFunction& scatter, const Row& one, const Row& two, double least, int halvings,
                  std::vector<Row>* rows) {
   if (halvings < kMostHalvings && two.sine > one.sine * (1 + 4 * kBesideJump)) {

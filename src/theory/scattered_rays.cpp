@@ -13,8 +13,8 @@ namespace {
 
 double normal_quantile(double share) { return -std::sqrt(2.0) * boost::math::erfc_inv(2 * share); }
 
-// Which of the even points each ray takes. Points of a structure follow each other along it, so that some
-// neighbours have even slopes among them; a Sobol pupil is of the same digits as the slopes.
+// Index of the Sobol point that each ray takes. Points of a structured pupil follow each other, so neighbours
+// get even slopes in order. A Sobol pupil has the same digits as the slopes, so its order is random.
 std::vector<Eigen::Index> deal(const PupilSample& pupil, std::uint64_t seed) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(pupil.size()));
   std::iota(order.begin(), order.end(), Eigen::Index(0));

@@ -8,7 +8,7 @@ namespace aberfit {
 namespace {
 
 constexpr double kNothing = 1e-12;
-constexpr double kWiderThanMirrors = 1e-3;  // cycles/m
+constexpr double kWiderThanMirrors = 1e-3;  // [cycles/m]
 
 }  // namespace
 

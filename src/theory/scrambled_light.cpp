@@ -15,7 +15,7 @@ constexpr int kFrequencies = 24;
 constexpr int kNodesPerPanel = 12, kFewestPanels = 12, kHalvings = 8;
 constexpr double kCyclesPerPanel = 3, kMostCycles = 400;
 constexpr int kRadii = 72, kAngles = 16;
-constexpr double kHalf = 0.5;                 // of I_c I_h
+constexpr double kHalf = 0.5;                 // factor of I_c I_h, see the header
 constexpr double kReach = 2.5, kBeyond = 10;  // radii of the largest disc, cycles across the aperture
 
 }  // namespace
@@ -25,7 +25,7 @@ ScrambledLight::ScrambledLight(const RadialPsd& psd, const Scene& scene, const A
     : scene_(scene) {
   const double reach =
       std::min(kReach * scene.largest + kBeyond / scene.diameter, kMostCycles / scene.diameter);
-  const double top = std::min(high, 2 * reach);  // light does not move farther between points of the grid
+  const double top = std::min(high, 2 * reach);  // larger frequencies move energy off the grid
   for (int j = 0; j < kFrequencies; ++j)
     frequency_.push_back(low * std::pow(top / low, (j + 0.5) / kFrequencies));
   set_shears(reach);
@@ -48,8 +48,7 @@ ScrambledLight::ScrambledLight(const RadialPsd& psd, const Scene& scene, const A
   }
 }
 
-// Panels of one width up to the diameter; the first is halved towards 0, where a rough surface has all of its
-// transfer function.
+// Panels of one width, the first halved towards 0: the transfer function of a rough surface is narrow.
 void ScrambledLight::set_shears(double reach) {
   const int panels = std::max(kFewestPanels, int(std::ceil(reach * scene_.diameter / kCyclesPerPanel)));
   std::vector<double> edges{0};
@@ -64,7 +63,7 @@ void ScrambledLight::set_shears(double reach) {
   }
 }
 
-// Even steps in the core, growing with the radius: q = unit sinh(v), midpoints in v.
+// Even steps in the core that grow with the radius: q = unit sinh(v), midpoints in v.
 void ScrambledLight::set_radii(double reach) {
   const double unit = 3 / scene_.diameter, last = std::asinh(reach / unit);
   radius_.resize(kRadii), ring_.resize(kRadii);
@@ -137,7 +136,7 @@ Eigen::MatrixXd ScrambledLight::landing(double rim) const {
   return bessel_ * ((disc * weight_).matrix().asDiagonal() * above_);
 }
 
-// Values on the grid of radii at the points that f moves light from.
+// Value on the grid of radii at a point that f moves energy from.
 double ScrambledLight::at(const Moved& point, const Eigen::Ref<const Eigen::VectorXd>& values) {
   if (point.index < 0) return 0;
   return values[point.index] + point.part * (values[point.index + 1] - values[point.index]);
@@ -186,7 +185,7 @@ Eigen::ArrayXd ScrambledLight::differences(std::size_t j, const Light& light,
 std::optional<ScrambledLight::Among> ScrambledLight::among(double frequency) const {
   const double first = std::log(frequency_[0]), step = std::log(frequency_[1]) - first;
   const double place = std::max(0.0, (std::log(frequency) - first) / step);
-  if (place > kFrequencies) return std::nullopt;  // farther than light moves on the grid
+  if (place > kFrequencies) return std::nullopt;  // moves energy off the grid
   const auto k = Eigen::Index(place);
   const Eigen::Index low = std::min<Eigen::Index>(k, kFrequencies - 1);
   return Among{low, std::min(low + 1, Eigen::Index(kFrequencies) - 1), place - double(k)};

@@ -10,32 +10,29 @@
 namespace aberfit::internal {
 namespace {
 
-// Legendre tail that a panel may keep: an encircled energy at v = 2 pi nu r turns it into at most sqrt(v)
-// times as much. Weighted with the root of the panel's share of its own shear, which is what it can
-// contribute.
+// Largest Legendre tail of a resolved panel. An encircled energy at v = 2 pi nu r amplifies it by at most
+// sqrt(v). The tail's weight, its possible contribution, is the root of the panel's width over its shear.
 constexpr double kResolved = 1e-12;
 constexpr double kVanished = 1e-16;
 constexpr std::size_t kMaxPanels = 3000;
-// Panels of an E that oscillates: 24 nodes carry 4 cycles of it to 1e-12, none of ten scenes with an edge
-// that shows by more than this did with 8.
+// Panels of an oscillating E start at most this many cycles of f_max wide: 24 nodes carry 4 cycles to 1e-12
+// and never 8. kShownEdge is the least amplitude of the oscillation that counts.
 constexpr double kCyclesOfPanel = 8, kShownEdge = 1e-9;
-constexpr double kNarrowest = 1e-12;  // of the cutoff
+constexpr double kNarrowest = 1e-12;  // in units of the cutoff
 
 // Cycles of the highest frequency within a shear, from which the band edge is softened. Encircled energies
 // more than a few per cent away from the edge keep four digits (test ASoftenedBandEdgeMovesLittleLight).
 constexpr double kSharpCycles = 100;
-// Weights 1 4 6 4 1: of J0(2 pi f x) far out the mean is that of S cos^4.
+// Weights 1 4 6 4 1: the mean of J0(2 pi f x) far out is that of S cos^4.
 constexpr EdgeSoftening kSoftEdge{kSharpCycles, 1, 2, 6, 4, 1};
 
 bool resolved(const TransferPanel& panel) {
   return unresolved(panel) * std::sqrt((panel.b - panel.a) / panel.b) <= kResolved;
 }
 
-// Splits of one panel: beyond these many halvings it is a rounding wide, and no panel is halved without end
-// where a value is not finite.
+// Largest number of halvings of one panel, which is then as wide as rounding; also ends them at NaN.
 constexpr int kMaxHalvings = 48;
-// Panels of one product, some hundred times what a resolved one takes; beyond, the rest stays as it is and
-// `unresolved` says by how much.
+// Largest number of panels of one product; the rest stays as it is, and `unresolved` gives its error.
 constexpr std::size_t kMaxProduct = 200000;
 
 bool is_done(const TransferPanel& panel, int halvings, std::size_t panels) {
@@ -45,7 +42,7 @@ bool is_done(const TransferPanel& panel, int halvings, std::size_t panels) {
          panels >= kMaxProduct;
 }
 
-// Appends what `panel_on` makes of [a, b], halved until it is done; nothing where that vanishes.
+// Appends the panel that `panel_on` makes on [a, b], halved until it is done; nothing where it vanishes.
 template <class PanelOn>
 void append_halved(const PanelOn& panel_on, double a, double b, int halvings,
                    std::vector<TransferPanel>* panels) {
@@ -110,7 +107,7 @@ Eigen::ArrayXd exponent_change(const RadialPsd& psd, const PsdDerivative& deriva
                                    psd.f_max(), x, kSoftEdge);
   const double moved = derivative.highest_frequency();
   if (moved == 0 || !(x.size() > 0 && x.maxCoeff() * psd.f_max() > kSharpCycles)) return k * k * change;
-  // The softening goes with the edge, too. It is a small smooth function of it: differences of fourth order.
+  // The softening moves with the edge, too: a small smooth change, by fourth-order differences.
   const auto moved_edge = [&](double by) {
     return softened([&](const Eigen::ArrayXd& r) { return structure_function(psd, r); },
                     psd.f_max() * (1 + by), x, kSoftEdge);
@@ -121,8 +118,8 @@ Eigen::ArrayXd exponent_change(const RadialPsd& psd, const PsdDerivative& deriva
   return k * k * change;
 }
 
-// Shear up to which the sharp end of the band shows in E [m]: a step S(f_max) gives half the structure
-// function a wave of f_max S J1(2 pi f_max x)/x. At most `most`.
+// Shear [m], at most `most`, up to which the sharp end of the band shows in E. A step S(f_max) adds to half
+// the structure function an oscillation f_max S J1(2 pi f_max x)/x.
 double edge_matters_until(const RadialPsd& psd, double wavelength, double most) {
   const double f = psd.f_max(), k = 4 * std::numbers::pi / wavelength;
   if (!(std::isfinite(f) && most > 0)) return 0;
@@ -137,7 +134,7 @@ SurfaceTransferOptions transfer_options(const RadialPsd& psd, double wavelength,
   const double sharp = kSharpCycles / psd.f_max();
   for (const double x : {sharp, 2 * sharp})
     if (x > 0 && x < cutoff) transfer.breakpoints.push_back(x);
-  transfer.smallest = 1e-8 * wavelength;  // v s stays below 1e-7 there up to r = f
+  transfer.smallest = 1e-8 * wavelength;  // so that v s stays below 1e-7 up to r = f
   transfer.halvings = halvings;
   transfer.widest = kCyclesOfPanel / psd.f_max();
   transfer.widest_until = edge_matters_until(psd, wavelength, std::min(2 * sharp, cutoff));
@@ -148,8 +145,8 @@ std::vector<double> transfer_edges(const std::function<Eigen::ArrayXd(const Eige
                                    double limit, const SurfaceTransferOptions& options) {
   std::vector<double> edges = options.breakpoints;
   edges.push_back(options.cutoff);
-  // Octaves down to where E is small. E grows at most fourfold in each, so that no panel can hide a transfer
-  // function that is gone between its end and its first node.
+  // Octaves down to where E is small. E grows at most fourfold in each, so the transfer function cannot
+  // vanish unseen between the end of a panel and its first node.
   Eigen::ArrayXd octaves(1 + std::max(0, int(std::ceil(std::log2(options.cutoff / options.smallest)))));
   for (int k = 0; k < octaves.size(); ++k) octaves[k] = options.cutoff * std::ldexp(1.0, -k - 1);
   const Eigen::ArrayXd at_octaves = exponent(octaves);

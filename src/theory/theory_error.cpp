@@ -17,10 +17,10 @@ using namespace internal;
 
 namespace {
 
-constexpr double kWavelengthsOfTaper = 300;  // turns edges of the angle by 1/(300 pi): 0.06 degrees
-constexpr double kTapersOfCutoff = 4;        // exp(-16) is left
+constexpr double kWavelengthsOfTaper = 300;  // blurs edges of the angle by 1/(300 pi) rad: 0.06 degrees
+constexpr double kTapersOfCutoff = 4;        // exp(-16) is left at the cutoff
 
-// Share of the light within direction sine s of the specular direction, by v = 2 pi (cutoff/lambda) s.
+// Fraction of the energy within the sine s of the specular direction, over v = 2 pi (cutoff/lambda) s.
 RadialTransform scatter_of(const ScatteringBand& band, double wavelength) {
   const double cutoff = kTapersOfCutoff * kWavelengthsOfTaper * wavelength;
   const double g = 4 * std::numbers::pi * band.rms_height / wavelength, core = std::exp(-g * g);
@@ -51,7 +51,7 @@ TheoryError theory_error(const RadialPsd& psd, const Mirror& mirror, const Apert
   const double per_sine = 2 * std::numbers::pi * kTapersOfCutoff * kWavelengthsOfTaper;
   const auto within = [&](double sine) { return scatter.disc(per_sine * sine).share; };
   error.beyond_ten_degrees = std::max(0.0, 1 - within(std::sin(std::numbers::pi / 18)));
-  // 90 % of what is scattered: the core fills the middle of the taper's width.
+  // 90 % of the scattered energy; the core fills the middle of the taper's width.
   const double g = 4 * std::numbers::pi * band.rms_height / wavelength;
   const double wanted = 1 + 0.1 * std::expm1(-g * g);
   double low = 0, high = 1;

@@ -3,7 +3,7 @@
 namespace aberfit {
 
 std::string to_string(Theory theory) {
-  constexpr const char* kWords[] = {"geometric", "rays", "ghs"};  // as the enum has them
+  constexpr const char* kWords[] = {"geometric", "rays", "ghs"};  // in the order of the enum
   return kWords[int(theory)];
 }
 

@@ -3,7 +3,7 @@
 namespace aberfit {
 namespace {
 
-// Sag of mirror plus terms at the pupil points moved by (dx, dy).
+// Sag of mirror plus terms at the pupil points shifted by (dx, dy).
 Eigen::ArrayXd moved_sag(const Mirror& mirror, const PupilSample& pupil, const TermSet& terms,
                          const Eigen::VectorXd& coefficients, double dx, double dy, int threads) {
   const Eigen::ArrayXd x = pupil.x + dx, y = pupil.y + dy;

@@ -13,10 +13,10 @@ using namespace internal;
 
 namespace {
 
-constexpr Eigen::Index kChunk = 16384;  // rays a thread takes at a time
-constexpr int kPadding = 8;             // kernels take multiples of this many rays
+constexpr Eigen::Index kChunk = 16384;  // number of rays that a thread takes at a time
+constexpr int kPadding = 8;             // kernels need multiples of this number of rays
 
-// One run of at most kTraceBlock rays; a rest that fills no vector goes through padded copies.
+// Traces one run of at most kTraceBlock rays; a rest that does not fill a vector goes through padded copies.
 int trace_some(InstructionSet set, const Mirror& mirror, const PupilSample& pupil, const SurfaceField* field,
                Eigen::Index begin, int count, RayBundle* rays) {
   const auto at = [begin](const Eigen::ArrayXd& a) { return a.data() + begin; };
@@ -27,7 +27,7 @@ int trace_some(InstructionSet set, const Mirror& mirror, const PupilSample& pupi
   const int whole = count - count % kPadding, rest = count - whole;
   int lost = trace_run(set, mirror, whole, at(pupil.x), at(pupil.y), at(pupil.weight), run, out);
   if (rest == 0) return lost;
-  double in[6][kPadding] = {}, traced[5][kPadding];  // the padding is a ray from the vertex, never lost
+  double in[6][kPadding] = {}, traced[5][kPadding];  // the padding is a ray at the vertex, never lost
   const double* from[6] = {at(pupil.x), at(pupil.y), at(pupil.weight), run.height, run.slope_x, run.slope_y};
   for (int a = 0; a < (field ? 6 : 3); ++a) std::copy_n(from[a] + whole, rest, in[a]);
   const FieldRun padded = field ? FieldRun{in[3], in[4], in[5]} : run;
@@ -38,7 +38,7 @@ int trace_some(InstructionSet set, const Mirror& mirror, const PupilSample& pupi
   return lost;
 }
 
-// The known Zernikes of the mirror plus the surface error: what the kernels add to the rest of the mirror.
+// The known Zernikes of the mirror plus the surface error, which the kernels add to the rest of the mirror.
 SurfaceField with_known_zernikes(const Mirror& mirror, const PupilSample& pupil, const SurfaceField* field,
                                  int threads) {
   SurfaceField sum = known_zernike_field(mirror, pupil, {threads, {}, {}});
@@ -59,7 +59,7 @@ void trace_any(const Mirror& mirror, const PupilSample& pupil, const SurfaceFiel
   assert(!field || field->size() == n);
   for (Eigen::ArrayXd* a : {&rays->x, &rays->y, &rays->tx, &rays->ty, &rays->weight}) a->resize(n);
   const InstructionSet set = best_instruction_set();
-  std::atomic<Eigen::Index> lost = 0;  // whole numbers: the order of the chunks changes nothing
+  std::atomic<Eigen::Index> lost = 0;  // integers: the order of the chunks does not matter
   parallel_for(std::size_t((n + kChunk - 1) / kChunk), threads, [&](std::size_t chunk) {
     const Eigen::Index first = Eigen::Index(chunk) * kChunk, end = std::min(n, first + kChunk);
     Eigen::Index lost_here = 0;
@@ -102,7 +102,7 @@ void trace_adjoint(const Mirror& mirror, const PupilSample& pupil, const Surface
     assert(d->empty() || Eigen::Index(d->size()) == n);
   result->resize(n);
   const InstructionSet set = best_instruction_set();
-  // What the kernel reads and writes, gathered block by block: the block stays in the first-level cache.
+  // Inputs and outputs of the kernel, gathered in blocks that stay in the first-level cache.
   enum { kX, kY, kHeight, kSlopeX, kSlopeY, kDx, kDy, kDtx, kDty, kArrays };
   const double* const point[5] = {pupil.x.data(), pupil.y.data(), field.height.data(), field.slope_x.data(),
                                   field.slope_y.data()};

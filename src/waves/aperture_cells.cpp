@@ -12,7 +12,7 @@ using Point = std::array<double, 2>;
 
 using Box = ApertureBox;
 
-// Area of the common part of a cell and an aperture, and its first moments about the origin.
+// Area of the intersection of a grid cell and an aperture, and its first moments about the origin.
 struct AreaMoments {
   double area = 0, x = 0, y = 0;
 };
@@ -25,8 +25,7 @@ AreaMoments box_moments(const Box& c) {
   return {area, 0.5 * area * (c.x0 + c.x1), 0.5 * area * (c.y0 + c.y1)};
 }
 
-// int_0^b min(a^2, r^2 - y^2)/2 dy: first moment in x of the part of the disc with 0 <= x <= a, 0 <= y <= b
-// <= r.
+// First moment in x, int_0^b min(a^2, r^2 - y^2)/2 dy, of the disc's part 0 <= x <= a, 0 <= y <= b <= r.
 double corner_moment(double r, double a, double b) {
   const double straight = std::sqrt((r - a) * (r + a));
   if (b <= straight) return 0.5 * a * a * b;
@@ -34,12 +33,12 @@ double corner_moment(double r, double a, double b) {
   return 0.5 * a * a * straight + under(b) - under(straight);
 }
 
-// The part of the disc of radius r about the origin with 0 <= x <= a and 0 <= y <= b; a, b >= 0.
+// Moments of the part of the disc of radius r about the origin with 0 <= x <= a and 0 <= y <= b; a, b >= 0.
 AreaMoments disc_corner(double r, double a, double b) {
   a = std::min(a, r);
   b = std::min(b, r);
   if (a * a + b * b <= r * r) return {a * b, 0.5 * a * a * b, 0.5 * a * b * b};
-  // Under the arc from x = sqrt(r^2 - b^2) to a; a rectangle of height b before it.
+  // A rectangle of height b up to x = sqrt(r^2 - b^2), then the area under the arc up to a.
   const double from = std::sqrt((r - b) * (r + b));
   const auto under = [r](double x) {
     const double y = std::sqrt((r - x) * (r + x));
@@ -80,12 +79,12 @@ struct CommonPart {
                      std::max(cell.y0, -0.5 * a.height), std::min(cell.y1, 0.5 * a.height)};
     return common.x1 > common.x0 && common.y1 > common.y0 ? box_moments(common) : AreaMoments{};
   }
-  // Rasterised instead.
+  // These shapes are rasterised instead.
   AreaMoments operator()(const PolygonAperture&) const { return {}; }
   AreaMoments operator()(const SegmentedAperture&) const { return {}; }
 };
 
-// Shares below this are rounding errors of the areas.
+// Smaller fractions are rounding errors of the areas.
 constexpr double kNoCover = 1e-12;
 
 ClearPart clear_part(double share, double x, double y) {
@@ -147,8 +146,7 @@ ClearPart ApertureCells::operator()(Eigen::Index column, Eigen::Index row) const
                     (m.y - y * m.area) / (px * py * py));
 }
 
-// Green's theorem: a cell's area inside is the sum over the edges, each taken with its sense, of what lies to
-// their right.
+// Green's theorem: the area inside a cell is the sum over the signed edges of the area to their right.
 void ApertureCells::rasterise(const std::vector<Outline>& outlines) {
   const Eigen::Index columns = x_.size(), rows = y_.size();
   raster_.assign(std::size_t(columns * rows), {});
@@ -191,13 +189,13 @@ void ApertureCells::add_edge(double u0, double v0, double u1, double v1) {
   }
 }
 
-// A piece of an edge inside one row of cells, taken apart at the columns.
+// Adds a piece of an edge inside one row of grid cells, divided at the column lines.
 void ApertureCells::add_in_row(Eigen::Index row, double u0, double v0, double u1, double v1) {
   const Eigen::Index columns = x_.size();
   const auto v_at = [&](double u) { return v0 + (u - u0) / (u1 - u0) * (v1 - v0); };
   double u = u0, v = v0;
   while (true) {
-    // Up to the next column line, or the end.
+    // The next column line, or the end.
     double next = u1 > u ? std::floor(u) + 1 : std::ceil(u) - 1;
     const bool last = u1 > u ? next >= u1 : next <= u1;
     if (last) next = u1;
@@ -205,7 +203,7 @@ void ApertureCells::add_in_row(Eigen::Index row, double u0, double v0, double u1
     const auto column = Eigen::Index(std::floor(std::min(u, next)));
     const double a0 = u - double(column), a1 = next - double(column), b0 = v - double(row),
                  b1 = v_next - double(row), rise = b1 - b0;
-    const Moments right{rise, 0.5 * rise, 0.5 * rise * (b0 + b1)};  // of each cell further right
+    const Moments right{rise, 0.5 * rise, 0.5 * rise * (b0 + b1)};  // for each cell farther right
     if (column >= 0 && column < columns) {
       const double product = (2 * a0 * b0 + a0 * b1 + a1 * b0 + 2 * a1 * b1) / 6;
       raster_[std::size_t(row * columns + column)].add(

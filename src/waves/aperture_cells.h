@@ -6,21 +6,21 @@
 
 namespace aberfit::internal {
 
-/// P = r/(1 + (r/2f)^2) [m]: f times the sine of the angle under which light from the distance r [m] of a
-/// parabola's axis meets it at the focus. r for an infinite f.
+/// P = r/(1 + (r/2f)^2) [m]: f times the sine of the angle at the focus of a ray from distance r [m] of a
+/// parabola's axis. It is r for an infinite f.
 double direction_of(double radius, double focal_length);
 
-/// The aperture in the plane of P: circles stay circles; straight edges, which become arcs of ellipses, are
-/// broken into chords of at most `chord` [m] before they are bent.
+/// The aperture in the plane of P. Circles stay circles. Straight edges become arcs of ellipses, so they are
+/// first divided into chords of at most `chord` [m].
 Aperture in_directions(const Aperture& aperture, double focal_length, double chord);
 
-/// Clear share of a cell, and the centre of the clear part from the cell's centre times that share, in
-/// pitches.
+/// Clear fraction of a grid cell. x, y: centroid of the clear part from the cell's centre, times that
+/// fraction, in pitches.
 struct ClearPart {
   double share = 0, x = 0, y = 0;
 };
 
-/// The common parts of an aperture and the cells about (x[column], y[row]), exactly.
+/// The exact intersections of an aperture with the grid cells about (x[column], y[row]).
 class ApertureCells {
  public:
   ApertureCells(const Aperture& aperture, const Eigen::ArrayXd& x, const Eigen::ArrayXd& y, double pitch_x,
@@ -44,7 +44,7 @@ class ApertureCells {
   const Aperture& aperture_;
   const Eigen::ArrayXd &x_, &y_;
   double pitch_x_, pitch_y_;
-  std::vector<Moments> raster_;  // of outlines only: row after row
+  std::vector<Moments> raster_;  // row after row; used only for outlines
   std::vector<Moments> carried_;
 };
 

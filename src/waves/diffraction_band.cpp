@@ -9,15 +9,15 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kSameRadius = 1e-13;  // of a radius: where its search ends
+constexpr double kSameRadius = 1e-13;  // relative; end of the search for a radius
 constexpr int kMostSteps = 60;
-constexpr double kStep = 1e-4;  // of a radius: to either side for the slope of the energy
+constexpr double kStep = 1e-4;  // relative step to either side for the slope of the energy
 
 bool exists_in_band(const Statistic& statistic) {
   return !std::holds_alternative<RingFwhm>(statistic) && !std::holds_alternative<SpotFwhm>(statistic);
 }
 
-// One problem for each line, and its light.
+// One problem for each wavelength, with its irradiance weight.
 class Lines {
  public:
   Lines(const DiffractionProblem& problem, const Eigen::ArrayXd& height, int threads,
@@ -37,7 +37,7 @@ class Lines {
     for (double& one : irradiance_) one /= perfect;
   }
 
-  /// Values of each line, statistics x lines; NaN where there is none.
+  /// Values of each wavelength, statistics x wavelengths; NaN where a value does not exist.
   Eigen::MatrixXd values(const std::vector<Statistic>& statistics,
                          std::vector<Eigen::ArrayXd>* d_sum = nullptr) {
     Eigen::MatrixXd all(Eigen::Index(statistics.size()), Eigen::Index(problems_.size()));
@@ -50,7 +50,7 @@ class Lines {
       all.col(Eigen::Index(k)) = of_line;
       for (std::size_t j = 0; d_sum && j < statistics.size(); ++j) {
         Eigen::ArrayXd& sum = (*d_sum)[j];
-        if (k > 0 && sum.size() != d_line[j].size()) continue;  // a line without a value
+        if (k > 0 && sum.size() != d_line[j].size()) continue;  // this wavelength has no value
         const double weight = weights(statistics[j])[k];
         sum = k == 0 ? Eigen::ArrayXd(weight * d_line[j]) : Eigen::ArrayXd(sum + weight * d_line[j]);
       }
@@ -62,7 +62,7 @@ class Lines {
     for (std::size_t k = 0; k < shares_.size(); ++k) sum += weights(statistic)[k] * of_lines[Eigen::Index(k)];
     return sum;
   }
-  /// Shares of the light inside radii, one each for the statistics.
+  /// Encircled energies as fractions, one radius per statistic.
   Eigen::VectorXd inside(const std::vector<EncircledEnergyRadius>& circles, const Eigen::VectorXd& radius,
                          std::vector<Eigen::ArrayXd>* d_height = nullptr) {
     std::vector<Statistic> through;
@@ -89,8 +89,8 @@ class Lines {
   std::vector<double> shares_, irradiance_;
 };
 
-// Radii that hold the shares of the sum of all lines: between the least and the largest of the lines' own, by
-// the regula falsi in Illinois' form, all at a time.
+// Radii that hold the fractions of the summed energy. They lie between the smallest and the largest radius of
+// the single wavelengths. All are found together by the regula falsi in the Illinois form.
 Eigen::VectorXd radii_of_sum(const std::vector<EncircledEnergyRadius>& circles,
                              const Eigen::MatrixXd& of_lines, Lines* lines) {
   Eigen::VectorXd low = of_lines.rowwise().minCoeff(), high = of_lines.rowwise().maxCoeff();

@@ -23,13 +23,13 @@ using namespace internal;
 
 namespace {
 
-// In a dark ring the energy does not change with the radius: EE'(r) r below this gives no derivative.
+// If EE'(r) r is below this, the radius lies in a dark ring and has no derivative.
 constexpr double kDark = 1e-10;
 
-// One statistic in the plane that it needs; NaN when it does not exist. The gradient is over the heights.
+// Evaluates one statistic in its plane; NaN when it does not exist. The gradient is over the heights.
 class DiffractionEvaluator {
  public:
-  // grid: that of `plane`.
+  // `grid` must be the grid of `plane`.
   DiffractionEvaluator(const DiffractionScene& scene, const Eigen::ArrayXd& height,
                        const DiffractionGrid& grid, DiffractionPlane* plane, RingMemory* rings,
                        Eigen::ArrayXd* d_height)
@@ -81,7 +81,7 @@ class DiffractionEvaluator {
     if (!(s.bandwidth >= 0)) return std::nan("");
     const DiffractionProblem& problem = scene_.problem();
     const double waves = problem.wavelength * problem.focal_length;
-    // Convolution of the profile with the Gaussian: a factor on the transfer function.
+    // A Gaussian smoothing of the profile is a factor on the transfer function.
     const auto blur = [&](Eigen::Index lags, double pitch) -> Eigen::ArrayXd {
       const Eigen::ArrayXd nu = Eigen::ArrayXd::LinSpaced(lags, 0.0, double(lags - 1)) * (pitch / waves);
       return (-2 * kPi * kPi * s.bandwidth * s.bandwidth * nu.square()).exp();
@@ -109,8 +109,8 @@ class DiffractionEvaluator {
     if (d_height_) *d_height_ = weight * centred / (rms * weight.sum());
     return rms;
   }
-  // A tilt brings the highest point onto the axis, where the sum over lags has a value and a gradient. To
-  // first order that point may stay where it is: at the highest irradiance a shift of it changes nothing.
+  // A tilt moves the highest point onto the axis, where the sum over lags gives a value and a gradient. The
+  // gradient may ignore the shift of that point, because the irradiance is stationary there.
   double operator()(const StrehlRatio&) const {
     const FocalPlace place = highest_place(scene_, grid_);
     if (place.u == 0 && place.v == 0) return strehl_on_axis(scene_, plane_);
@@ -120,7 +120,7 @@ class DiffractionEvaluator {
     plane.focus(0);
     return strehl_on_axis(tilted, &plane);
   }
-  // Of the light within the field of view, and of what the cells cannot see as the mean spot has it.
+  // The sum of the energy within the field of view, and of energy beyond the grid from the mean spot.
   double operator()(const ModulationTransfer& s) const {
     const double unit = scene_.per_period(0), lag = s.frequency / unit;
     const Eigen::ArrayXd& values = plane_->otf().values();
@@ -171,7 +171,7 @@ class DiffractionEvaluator {
   Eigen::ArrayXd* d_height_;
 };
 
-// Statistics that are worked on one after the other in one plane, or one that moves the plane about.
+// Statistics that one thread evaluates in one plane, or a single statistic that moves the plane.
 struct Job {
   std::optional<double> dz;
   std::vector<std::size_t> statistics;
@@ -183,8 +183,8 @@ std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto dz = plane_of_light(statistics[k]);
     if (!dz)
-      jobs.push_back({std::nullopt, {k}});  // first: the searches take longest
-    else if (std::isfinite(*dz))            // else the value stays NaN
+      jobs.push_back({std::nullopt, {k}});  // first, because searches take longest
+    else if (std::isfinite(*dz))            // otherwise the value stays NaN
       planes[*dz].push_back(k);
   }
   for (auto& [dz, members] : planes) jobs.push_back({dz, std::move(members)});
@@ -248,7 +248,7 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
 
 DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                                    double dz) {
-  // A fit that went astray asks here why it has no values: heights that are not finite are an answer.
+  // A failed fit calls this to find the reason, so we accept heights that are not finite.
   const bool finite = height.allFinite();
   const DiffractionScene scene(problem, finite ? height : Eigen::ArrayXd::Zero(height.size()), 1);
   if (!scene.has_plane(dz)) throw std::invalid_argument("the plane lies behind the mirror");

@@ -20,12 +20,12 @@ namespace {
 
 using ComplexMatrix = Eigen::MatrixXcd;
 
-// Measured with 256 cells across and windows of 33 to 1025 samples, least of three; only the ratio matters.
+// Smallest of three measurements, 256 cells across, windows of 33 to 1025 samples. Only the ratio matters.
 constexpr double kSecondsPerProduct = 1.5e-9;  // one complex multiply-add of Eigen's matrix product
 constexpr double kSecondsPerButterfly =
     2.8e-9;  // one point and octave of the transform, with filling and cropping
 
-// A side of an image or of its transform: 4 GiB of complex samples.
+// Largest side of an image or of its transform: 4 GiB of complex samples.
 constexpr double kMostSamples = 16384;
 
 // The pupil field in plane dz, at the pupil points.
@@ -33,7 +33,7 @@ Eigen::ArrayXcd pupil_field(const DiffractionScene& scene, double dz) {
   return scene.base() * unit_phasors(scene.defocus(dz) * scene.versine());
 }
 
-// On all cells of the grid, columns by rows.
+// The field on all cells of the grid, columns by rows.
 ComplexMatrix on_grid(const DiffractionScene& scene, const Eigen::ArrayXcd& field) {
   const CartesianGrid& grid = scene.grid();
   ComplexMatrix cells = ComplexMatrix::Zero(scene.columns(), scene.rows());
@@ -55,7 +55,7 @@ Grid by_transform(const DiffractionScene& scene, const Eigen::ArrayXcd& field, i
   return focal_intensity(layout, pupil.data(), n, parts, before, samples);
 }
 
-// step: phase of one cell and one sample, -2 pi pitch_pupil pitch/(lambda (f+dz)).
+// step: phase per cell and sample, -2 pi pitch_pupil pitch/(lambda (f+dz)).
 Grid by_matrix(const ComplexMatrix& field, double step, Eigen::Index before, Eigen::Index samples) {
   const auto phases = [&](Eigen::Index cells) {
     ComplexMatrix result(samples, cells);
@@ -69,10 +69,11 @@ Grid by_matrix(const ComplexMatrix& field, double step, Eigen::Index before, Eig
   return focal.transpose().cwiseAbs2().array();
 }
 
-// A lag of a periodic transform of n samples.
+// Lag of index k in a periodic transform of n samples.
 double lag_of(Eigen::Index k, Eigen::Index n) { return double(k <= n / 2 ? k : k - n); }
 
-// H of roughness that no height stands for, on lags along x by lags along y; every length is asked for once.
+// Multiplies the lags (along x by along y) by H of the roughness that is not part of the heights. Each
+// distinct length is evaluated once.
 void scatter_lags(const DiffractionProblem& problem, ComplexMatrix* lags) {
   const Eigen::Index n = lags->rows();
   std::vector<double> squares;
@@ -102,15 +103,14 @@ ComplexMatrix transfer_lags(const DiffractionScene& scene, const Eigen::ArrayXcd
   return lags;
 }
 
-// Values of the focal plane, rows = y, from lags along x by lags along y. kernel: places by lags, of both
-// axes.
+// Values of the focal plane (rows = y) from lags along x by lags along y. kernel: positions by lags.
 Grid from_lags(const ComplexMatrix& kernel, const ComplexMatrix& lags) {
   const ComplexMatrix half = kernel * lags;  // X by lags along y
   return (half * kernel.transpose()).transpose().real().array();
 }
 
-// With roughness that no height stands for: the transfer function back to the focal plane. step: 2 pi times
-// the pitch of the image in periods of the PSF.
+// Image with roughness that is not part of the heights, by a transform of the transfer function. step: 2 pi
+// times the pitch of the image in periods of the PSF.
 Grid scattered(const DiffractionScene& scene, const Eigen::ArrayXcd& field, double step, Eigen::Index before,
                Eigen::Index samples) {
   const ComplexMatrix lags = transfer_lags(scene, field);
@@ -178,7 +178,7 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
   const double wanted = window.pitch > 0 ? window.pitch : 0.25 * field_of_view / cells;
   const double transform_samples = std::max(double(cells), std::ceil(field_of_view / wanted * (1 - 1e-12)));
   const bool transform_fits = transform_samples <= kMostSamples;
-  // As many parts of a transform as long as the pupil as there are samples to a cell.
+  // The number of part transforms of the pupil's size is the number of samples per cell.
   const int parts = transform_fits ? std::max(1, int(transform_samples / cells)) : 1;
   const int part_size =
       transform_fits ? fast_transform_size(std::max(cells, int(std::ceil(transform_samples / parts)))) : 0;
@@ -236,7 +236,7 @@ TransferImage diffraction_transfer(const DiffractionProblem& problem, const Eige
   for (Eigen::Index column = 0; column < side; ++column)
     for (Eigen::Index row = 0; row < side; ++row)
       image.value(row, column) = lags(at(column), at(row)) / scene.total();
-  // Squares of single cells lack what a sharp edge throws beyond the field of view; all light it is.
+  // Sums of squares miss energy beyond the field of view, but OTF(0) refers to the total energy.
   image.value(image.middle, image.middle) = 1;
   return image;
 }

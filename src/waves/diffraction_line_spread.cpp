@@ -15,8 +15,8 @@ struct Value {
   double profile, slope, curvature;
 };
 
-// Phases by multiplication, started anew every 64 lags: a quarter of the time of a sine per lag, 1e-15 per
-// step.
+// Phases come from multiplication, restarted every 64 lags. This takes a quarter of the time of a sine per
+// lag, with an error of 1e-15 per step.
 template <typename Visit>
 void each_phase(double xi, Eigen::Index lags, const Visit& visit) {
   const std::complex<double> turn = std::polar(1.0, -kTwoPi * xi);
@@ -94,7 +94,7 @@ std::optional<double> otf_line_width(const Eigen::ArrayXcd& c, Eigen::ArrayXcd* 
   };
   const auto lower = crossing(-1), upper = crossing(+1);
   if (!lower || !upper) return std::nullopt;
-  if (gradient) {  // implicit function theorem, as for the ring-through profile of rays
+  if (gradient) {  // implicit function theorem, as for the profile N(z) of rays
     const double for_upper = -1 / profile_at(c, *upper).slope, for_lower = 1 / profile_at(c, *lower).slope;
     gradient->setZero(c.size());
     add_gradient(*upper, for_upper, gradient);

@@ -41,7 +41,7 @@ Eigen::ArrayXd RadialOtf::energy_weights(double q, Eigen::Index nodes) {
 }
 
 Eigen::ArrayXd RadialOtf::transfer_weights(double end, double lag, Eigen::Index nodes) {
-  constexpr double kSame = 1e-4;  // of z: what the limit leaves out is its square
+  constexpr double kSame = 1e-4;  // relative to z; the limit's error is of second order
   Eigen::ArrayXd z(nodes + 1), j0(nodes + 1), j1(nodes + 1), weights(nodes);
   z[0] = 0;
   z.segment(1, nodes - 1) = kTwoPi * end * lags_from_first(nodes);
@@ -82,8 +82,7 @@ std::optional<double> RadialOtf::radius(double fraction, double q_max) {
 }
 
 std::optional<double> RadialOtf::find_radius(double fraction, double q_max) {
-  // Energy grows with q, so the first crossing of a scan is the only one. Steps grow with q: few far from the
-  // core.
+  // The energy grows with q, so a scan finds the only crossing. Its steps grow with q.
   double low = 0, f_low = -fraction, high = 2.0 / double(values_.size());
   std::size_t doubled = 0;
   const auto energy_of_next = [&] {
@@ -103,7 +102,7 @@ std::optional<double> RadialOtf::find_radius(double fraction, double q_max) {
       f_high = energy(high) - fraction;
     }
   }
-  // Newton from the end that is nearer in energy, kept inside the bracket.
+  // Newton's method from the end nearer in energy, kept inside the bracket.
   double q = low + (high - low) * (-f_low) / (f_high - f_low);
   double last_step = high - low;
   for (int iteration = 0; iteration < 100; ++iteration) {
@@ -114,7 +113,7 @@ std::optional<double> RadialOtf::find_radius(double fraction, double q_max) {
     double next = at.density > 0 ? q - f / at.density : low;
     if (!(next > low && next < high)) next = 0.5 * (low + high);
     const double step = std::abs(next - q);
-    // Rounding of the sums moves the last digits to and fro.
+    // Rounding of the sums makes the last digits oscillate.
     if (step <= 4e-15 * q || (step <= 1e-13 * q && step > 0.25 * last_step)) return next;
     last_step = step;
     q = next;

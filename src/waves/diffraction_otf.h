@@ -7,18 +7,18 @@
 
 namespace aberfit::internal {
 
-/// A mean spot that the light of a transfer function is added to, inside q = `end`.
+/// A mean spot to which the energy of a transfer function is added inside q = `end`.
 struct MeanLight {
   const MeanScatter* scatter = nullptr;  ///< null: none
-  double radius = 0;                     ///< of q = 1 in the plane of the mean spot [m]
+  double radius = 0;                     ///< radius of q = 1 in the plane of the mean spot [m]
   double end = 0;                        ///< q
-  std::optional<double> dz = {};         ///< that plane where it is not the focus [m]
+  std::optional<double> dz = {};         ///< that plane if it is not the focus [m]
 
   MeanScatter::Encircled encircled(double q) const;
 };
 
-/// The transfer function as far as circles about the focus see it: sums of C_m over lags of equal length, on
-/// the nodes of a LagTable.
+/// The part of the transfer function that circles about the focus need: sums of C_m over lags of equal
+/// length, on the nodes of a LagTable.
 class RadialOtf {
  public:
   RadialOtf() = default;
@@ -26,20 +26,20 @@ class RadialOtf {
 
   const Eigen::ArrayXd& values() const { return values_; }
 
-  /// Energy inside the circle of radius q (in periods of the PSF: r u, u = pitch/(lambda f)), and its
-  /// derivative by q.
+  /// Encircled energy of the radius q, and its derivative with respect to q. q is in periods of the PSF: q =
+  /// r u, u = pitch/(lambda f).
   struct Encircled {
     double energy, density;
   };
   Encircled encircled(double q) const;
   double energy(double q) const { return encircled(q).energy; }
   double density(double q) const { return encircled(q).density; }
-  /// Smallest q <= q_max whose circle holds `fraction`; nothing if none does. Remembers what it found.
+  /// Smallest q <= q_max whose circle holds `fraction`; nothing if there is none. Results are stored.
   std::optional<double> radius(double fraction, double q_max);
 
   /// d energy / d values.
   static Eigen::ArrayXd energy_weights(double q, Eigen::Index nodes);
-  /// d transfer / d values: of the light within q = `end`, at a lag of `lag`.
+  /// d transfer / d values for the energy within q = `end`, at the lag `lag`:
   ///   2 pi int_0^end J0(2 pi q s_j) J0(2 pi q lag) q dq (Lommel's integral)
   static Eigen::ArrayXd transfer_weights(double end, double lag, Eigen::Index nodes);
 
@@ -50,7 +50,7 @@ class RadialOtf {
   Encircled of_values(double q) const;
 
   Eigen::ArrayXd lag_, per_lag_;  // s_j and T_j/s_j from j = 1
-  std::vector<double> doubled_;   // energies of the radii that a search for any fraction looks at first
+  std::vector<double> doubled_;   // energies at the first radii of every search
   struct Found {
     double fraction, q_max;
     std::optional<double> radius;

@@ -20,28 +20,28 @@ namespace {
 using Complex = std::complex<double>;
 using ComplexMatrix = Eigen::MatrixXcd;
 
-// Samples are lambda (f/D)/2 apart, so that the highest point is at most 0.354 lambda f/D from one. A
-// function between 0 and M whose spectrum ends at the frequency nu falls from M no faster than M cos(pi nu
-// x)^2 (Duffin and Schaeffer 1938), and the light's ends at D/(lambda f): maxima of the samples below 0.197
-// of the highest sample do not lie beside the highest point.
+// Samples are lambda (f/D)/2 apart, so the highest point is at most 0.354 lambda f/D from one. A function
+// between 0 and M with no spectrum above the frequency nu falls from M no faster than M cos(pi nu x)^2
+// (Duffin and Schaeffer 1938). For the irradiance nu is D/(lambda f). So maxima of the samples below 0.197 of
+// the highest sample are not next to the highest point.
 constexpr double kMayBeHighest = 0.197;
-// Starts in a pattern of many speckles, those first that a parabola through the samples makes the highest.
+// Number of starting points in a speckle pattern; the highest parabolas through the samples come first.
 constexpr std::size_t kMostStarts = 8;
 constexpr int kMostSteps = 40;
-constexpr double kStill = 1e-12;      // of a sample: Newton's steps end
+constexpr double kStill = 1e-12;      // of a sample; end of Newton's steps
 constexpr double kOnAxis = 1e-9;      // of a sample
-constexpr double kSameLight = 1e-13;  // relative: rounding of the sums
+constexpr double kSameLight = 1e-13;  // relative; rounding of the sums
 
-// A sum over the matrix with phases u and v per place, and its derivatives over both.
+// A sum over the matrix with phases u and v per index, and its derivatives with respect to both.
 struct PhasedSum {
   Complex value, u, v, uu, uv, vv;
 };
 
-// Places of rows and columns as whole or half numbers from a middle.
+// Rows and columns have integer or half-integer positions from the centre.
 struct PlacedMatrix {
   ComplexMatrix value;
   Eigen::ArrayXd row, column;
-  double sign = -1;  // of the phases
+  double sign = -1;  // sign of the phases
 
   PhasedSum at(double u, double v) const {
     Eigen::Matrix<Complex, Eigen::Dynamic, 3> along(value.rows(), 3);
@@ -61,14 +61,14 @@ struct PlacedMatrix {
   }
 };
 
-// An irradiance with its gradient and its second derivatives.
+// An irradiance with its gradient and second derivatives.
 struct Hill {
   double value = 0;
   Eigen::Vector2d slope;
   Eigen::Matrix2d bend;
 };
 
-// |F|^2 of a field.
+// |F|^2 of a field, with derivatives.
 Hill hill_of_field(const PhasedSum& f) {
   const auto product = [](Complex a, Complex b) { return 2 * (std::conj(a) * b).real(); };
   Hill hill;
@@ -79,7 +79,7 @@ Hill hill_of_field(const PhasedSum& f) {
   return hill;
 }
 
-// The sum over the lags itself.
+// The sum over the lags itself, with derivatives.
 Hill hill_of_lags(const PhasedSum& f) {
   Hill hill;
   hill.value = f.value.real();
@@ -88,7 +88,7 @@ Hill hill_of_lags(const PhasedSum& f) {
   return hill;
 }
 
-// The irradiance as a function of the place, and samples of it.
+// The irradiance as a function of position, and samples of it.
 class Landscape {
  public:
   Landscape(const DiffractionScene& scene, const DiffractionGrid& grid)
@@ -121,7 +121,7 @@ class Landscape {
   }
   double sample_step() const { return 2 * kPi / n_; }
 
-  // Local maxima of the samples that may lie beside the highest point, the highest first.
+  // Local maxima of the samples that may be next to the highest point, the highest first.
   std::vector<FocalPlace> starts() const {
     const double least = kMayBeHighest * samples_.maxCoeff();
     struct Maximum {
@@ -143,7 +143,7 @@ class Landscape {
   }
 
  private:
-  // Rows along y, columns along x; the pattern repeats.
+  // Rows run along y and columns along x; the pattern is periodic.
   double signed_place(Eigen::Index k) const { return double(k <= n_ / 2 ? k : k - n_); }
   bool is_maximum(Eigen::Index row, Eigen::Index column) const {
     for (const int down : {-1, 0, 1})
@@ -166,7 +166,7 @@ class Landscape {
     return top;
   }
 
-  // From the field to the lags, times H, and back to the samples.
+  // Transforms the samples to lags, multiplies by H, and transforms back.
   void scatter(const DiffractionGrid& grid) {
     ComplexMatrix lags = samples_.matrix().transpose().cast<Complex>();
     fourier_transform(n_, n_, lags.data());
@@ -176,8 +176,7 @@ class Landscape {
         lags(a, b) *= factor_at(grid, std::min(a, n_ - a), std::min(b, n_ - b));
     sums_ = {lags, Eigen::ArrayXd(n_), Eigen::ArrayXd(n_), 1};
     for (Eigen::Index k = 0; k < n_; ++k) sums_.row[k] = sums_.column[k] = signed_place(k);
-    // The transfer function of a real pattern is its own conjugate at the opposite lag, so that a forward
-    // transform of the conjugate leads back.
+    // The transfer function is Hermitian, so a forward transform of its conjugate is the inverse transform.
     ComplexMatrix pattern = lags.conjugate();
     fourier_transform(n_, n_, pattern.data());
     samples_ = pattern.transpose().real().array();
@@ -193,7 +192,7 @@ class Landscape {
   Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> samples_;
 };
 
-// Newton's method, uphill: where the irradiance is not bent down on both axes a step along its slope.
+// Newton's method, or a step along the gradient where the second derivatives are not negative.
 std::pair<FocalPlace, double> climb(const Landscape& light, const FocalPlace& start) {
   const double sample = light.sample_step();
   Eigen::Vector2d place(start.u, start.v);
@@ -259,7 +258,7 @@ DiffractionPeak diffraction_peak(const DiffractionProblem& problem, const Eigen:
   const DiffractionGrid grid(scene);
   DiffractionBench bench(grid.transform);
   const auto on_axis = [&](const DiffractionScene& of) {
-    bench.focused.dz = std::nan("");  // of another surface
+    bench.focused.dz = std::nan("");  // plane of another surface
     DiffractionPlane plane(of, grid, bench.buffers, bench.focused);
     plane.focus(0);
     return axis_ratio(of, plane);

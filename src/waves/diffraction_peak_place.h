@@ -11,15 +11,14 @@ struct FocalPlace {
   double u = 0, v = 0;
 };
 
-/// Where the irradiance in the focus is highest, for heights that do not stand for all of the roughness with
-/// the transfer function of the rest. The axis itself, exactly, where the highest point is not further from
-/// it than 1e-9 of a sample.
+/// Position of the highest irradiance in the focus, with the transfer function of roughness beyond the
+/// heights. The result is exactly the axis if the highest point is within 1e-9 of a sample from it.
 FocalPlace highest_place(const DiffractionScene& scene, const DiffractionGrid& grid);
 
-/// Heights [m] at the pupil points that move what is at `place` onto the axis: a tilt in direction cosines.
+/// Heights [m] at the pupil points that move the point `place` onto the axis: a tilt in direction cosines.
 Eigen::ArrayXd tilt_from(const DiffractionScene& scene, const FocalPlace& place);
 
-/// Irradiance on the axis of the focus over that of the perfect parabola; `plane` is there already.
+/// Axial irradiance in the focus over that of the perfect parabola; `plane` must already be focused there.
 double axis_ratio(const DiffractionScene& scene, const DiffractionPlane& plane);
 
 }  // namespace aberfit::internal

@@ -12,7 +12,7 @@ namespace aberfit::internal {
 namespace {
 
 constexpr double kSameFocalLength = 1e-12;  // relative
-// Focal samples over pupil cells: with fewer correlations fold, more change nothing but rounding.
+// Ratio of focal samples to pupil cells. Below it correlations alias; above it only rounding changes.
 constexpr double kExactPadding = 2;
 
 const CartesianGrid& grid_of(const DiffractionPupil& pupil) {
@@ -24,12 +24,12 @@ const CartesianGrid& grid_of(const DiffractionPupil& pupil) {
   return *grid;
 }
 
-// Share of the light per unit of a sum over the focal plane.
+// Energy fraction per unit of a sum over the focal plane.
 double per_sample(const DiffractionScene& scene, const PupilTransform& transform) {
   return 1.0 / (double(transform.m_rows()) * double(transform.m_columns()) * scene.total());
 }
 
-// Of one lag of a cell against one of the finer pitch.
+// Area per lag, in units of the finer pitch squared.
 double cell_area(const DiffractionScene& scene) {
   const double unit = scene.finer_pitch();
   return scene.problem().pupil.pitch_x / unit * (scene.problem().pupil.pitch_y / unit);
@@ -43,7 +43,7 @@ void fill_focal(const DiffractionScene& scene, const Eigen::ArrayXcd& of, double
   const std::uint32_t* place = scene.places().data();
   focused->field.resize(scene.points());
   const double turn = scene.defocus(dz);
-  // As plain numbers: complex ones are put together in memory and read back, four times as slow.
+  // We use real arrays, because complex numbers pass through memory and are four times as slow.
   const double* base = reinterpret_cast<const double*>(of.data());
   double* field = reinterpret_cast<double*>(focused->field.data());
   constexpr int kBlock = 512;
@@ -92,7 +92,7 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
   const auto* directions = std::get_if<DirectionGrid>(&pupil.sample.structure);
   if (directions && !(std::abs(directions->focal_length / problem.focal_length - 1) <= kSameFocalLength))
     throw std::invalid_argument("a diffraction pupil belongs to the focal length it was made for");
-  // 1 - cos theta = p^2/(1 + cos theta) = 2 t^2/(1 + t^2), 1/(1 + t^2) the obliquity.
+  // 1 - cos theta = p^2/(1 + cos theta) = 2 t^2/(1 + t^2), and 1/(1 + t^2) is the obliquity.
   const double f = problem.focal_length;
   if (directions)
     versine_ = 2 * (1 - pupil.obliquity);
@@ -106,7 +106,7 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
     places_[k] = std::uint32_t(layout.at(grid_.row[k], grid_.column[k]));
   const double cx = 0.5 * (grid_.x[0] + grid_.x[grid_.x.size() - 1]);
   const double cy = 0.5 * (grid_.y[0] + grid_.y[grid_.y.size() - 1]);
-  double dx = 0, dy = 0;  // of the cell furthest from the middle
+  double dx = 0, dy = 0;  // of the cell farthest from the centre
   for (std::size_t k = 0; k < grid_.column.size(); ++k) {
     const double x = grid_.x[grid_.column[k]] - cx, y = grid_.y[grid_.row[k]] - cy;
     if (x * x + y * y > dx * dx + dy * dy) {
@@ -139,7 +139,7 @@ Eigen::ArrayXcd DiffractionScene::nominal_base() const {
   return problem_.pupil.amplitude.cast<std::complex<double>>();
 }
 
-// The transfer function summed over all lags, which is a square.
+// The transfer function summed over all lags, which is the square of a sum.
 double DiffractionScene::perfect_irradiance() const {
   const double sum = problem_.pupil.amplitude.sum();
   return sum * sum / total() * cell_area(*this);
@@ -226,7 +226,7 @@ Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& gr
     const double* even = buffers->quarter.data() + std::size_t(row) * transform.quarter_stride();
     const std::uint32_t* length = grid.lags.length_of(row);
     const int within = grid.lags.columns_within(row);
-    const double times = row > 0 ? 4 : 2;  // lags of this length and direction
+    const double times = row > 0 ? 4 : 2;  // number of lags of this length and direction
     if (within > 0) sums[length[0]] += 0.5 * times * even[0];
     for (int column = 1; column < within; ++column) sums[length[column]] += times * even[column];
   }
@@ -239,9 +239,8 @@ DiffractionPlane::DiffractionPlane(const DiffractionScene& scene, const Diffract
   if (!std::isnan(focused.dz)) unit_ = scene.per_period(focused.dz);
 }
 
-// Light beyond the field of view comes back into it from the other side, of the surface as of the mean spot
-// that is taken off. Where the mean spot there is the same as in the focus, the two from the focus serve as
-// well.
+// Energy beyond the field of view returns from the opposite side, both for the surface and for the mean spot
+// that is subtracted. If the mean spot beyond it is that of the focus, the two focal ones serve as well.
 bool DiffractionGrid::has_own_mean(const DiffractionScene& scene, double dz) const {
   constexpr double kSame = 1e-6;
   const MeanScatter* scatter = scene.problem().scatter.get();
@@ -264,7 +263,7 @@ bool DiffractionGrid::has_own_mean(const DiffractionScene& scene, double dz) con
 void DiffractionPlane::focus(double dz, Mean mean) {
   const bool own_mean = mean == Mean::kInPlane && grid_.has_own_mean(scene_, dz);
   if (focused_.dz == dz && focused_.own_mean == own_mean) return;
-  focused_.dz = std::nan("");  // until all of it is there
+  focused_.dz = std::nan("");  // invalid until the plane is complete
   unit_ = scene_.per_period(dz);
   const MeanScatter* scatter = scene_.problem().scatter.get();
   const double of_mean = own_mean ? dz : 0;
@@ -288,7 +287,7 @@ void DiffractionPlane::focus(double dz, Mean mean) {
 DiffractionPlane::InCircle DiffractionPlane::light_of_own_mean(double radius, double dz) {
   const MeanScatter* scatter = scene_.problem().scatter.get();
   if (!grid_.has_own_mean(scene_, dz)) return {0, 0};
-  focused_.dz = std::nan("");  // its memory is what means are made in
+  focused_.dz = std::nan("");  // means use the same memory
   const double unit = scene_.per_period(dz), end = scene_.field_radius(dz) * unit;
   const auto beyond_the_cells = [&](double of, std::optional<double> plane) {
     const Eigen::ArrayXd& light = grid_.mean_at(scene_, of, &buffers_, &focused_);
@@ -351,8 +350,8 @@ DiffractionPlane::Gradient DiffractionPlane::sum_gradient(const Eigen::ArrayXd& 
   return Gradient(*this);
 }
 
-// Re(g C) is half of g C plus its conjugate, which belongs to the opposite lag: the kernel is the real part
-// of the sum over lags from zero on.
+// Re(g C) is half of g C plus its conjugate, which belongs to the opposite lag. So the kernel is the real
+// part of the sum over lags >= 0.
 DiffractionPlane::Gradient DiffractionPlane::axis_gradient(const Eigen::ArrayXcd& g_x,
                                                            const Eigen::ArrayXcd& g_y) {
   const PupilTransform& transform = grid_.transform;
@@ -367,7 +366,7 @@ DiffractionPlane::Gradient DiffractionPlane::axis_gradient(const Eigen::ArrayXcd
   return Gradient(*this);
 }
 
-// With S = sum_X K |F|^2, F = sum_k E_k exp(...): dS/d phase_k = 2 Re(i E_k conj(V_k)).
+// With S = sum_X K |F|^2 and F = sum_k E_k exp(...): dS/d phase_k = 2 Re(i E_k conj(V_k)).
 double DiffractionPlane::Gradient::over_phase(Eigen::Index k) const {
   const std::complex<double> field = plane_.focused_.field[k];
   const double* v = plane_.buffers_.back.data() + plane_.scene_.places()[std::size_t(k)];

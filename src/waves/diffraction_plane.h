@@ -14,50 +14,49 @@
 
 namespace aberfit::internal {
 
-/// Phase differences of neighbouring cells.
+/// Phase differences of neighbouring grid cells.
 struct PhaseSteps {
   double largest = 0;        ///< [rad]
-  double aliased_share = 0;  ///< share of the pairs above pi
+  double aliased_share = 0;  ///< fraction of the pairs above pi
 };
 
-/// What every plane of one surface shares. Refers to the problem, which must outlive it.
+/// Data that all planes of one surface share. It refers to the problem, which must outlive it.
 class DiffractionScene {
  public:
-  /// Throws std::invalid_argument for a pupil without cells, heights of another number or not finite, and
-  /// lengths that are not positive.
+  /// Throws std::invalid_argument for a pupil without cells, heights that are not finite or of the wrong
+  /// number, and lengths that are not positive.
   DiffractionScene(const DiffractionProblem& problem, const Eigen::ArrayXd& height, int threads);
 
   const DiffractionProblem& problem() const { return problem_; }
-  /// Cells by f times the direction cosine, or by place where the pupil is paraxial.
+  /// Cells by f times the direction cosine, or by position if the pupil is paraxial.
   const CartesianGrid& grid() const { return grid_; }
   int rows() const { return int(grid_.y.size()); }
   int columns() const { return int(grid_.x.size()); }
   Eigen::Index points() const { return base_.size(); }
   /// amplitude exp(-4 pi i h/(lambda (1 + t^2)))
   const Eigen::ArrayXcd& base() const { return base_; }
-  /// The same of the mirror without roughness.
+  /// The same for the mirror without roughness.
   Eigen::ArrayXcd nominal_base() const;
-  /// Where each point's cell lies in a field laid out for transforms.
+  /// Index of each point's cell in a field laid out for transforms.
   const std::vector<std::uint32_t>& places() const { return places_; }
-  /// 1 - cos theta of every point, theta the angle of its light with the axis; half rho^2/f^2 where the pupil
-  /// is paraxial.
+  /// 1 - cos theta of every point, theta its ray's angle with the axis; half rho^2/f^2 in a paraxial pupil.
   const Eigen::ArrayXd& versine() const { return versine_; }
   /// d phase/d height [rad/m].
   const Eigen::ArrayXd& per_height() const { return per_height_; }
   double finer_pitch() const { return std::min(problem_.pupil.pitch_x, problem_.pupil.pitch_y); }
-  /// Longest lag with light at both ends, in finer pitches.
+  /// Longest lag inside the pupil, in units of the finer pitch.
   double longest_lag() const { return longest_lag_; }
-  /// Light that passes the aperture, in squared amplitudes of cells.
+  /// Total energy that passes the aperture, in squared amplitudes of cells.
   double total() const { return problem_.pupil.total; }
-  /// Irradiance on the axis of the focus of the perfect parabola, of all light 1 per period squared.
+  /// Axial irradiance of the perfect parabola in the focus, in total energy per squared period of the PSF.
   double perfect_irradiance() const;
-  /// Light beyond the field of view: what Parseval finds missing.
+  /// Fraction of the energy beyond the field of view, by Parseval's theorem.
   double energy_outside() const { return 1 - problem_.pupil.amplitude.square().sum() / total(); }
-  /// u = pitch/(lambda (f+dz)) [1/m], of the finer pitch; radii times u are in periods of the PSF.
+  /// u = pitch/(lambda (f+dz)) [1/m] for the finer pitch; a radius times u is in periods of the PSF.
   double per_period(double dz) const {
     return finer_pitch() / (problem_.wavelength * (problem_.focal_length + dz));
   }
-  /// Largest radius [m] that has a value.
+  /// Largest radius [m] for which an encircled energy exists.
   double largest_radius(double dz) const {
     return problem_.scatter ? problem_.focal_length + dz : field_radius(dz);
   }
@@ -68,10 +67,10 @@ class DiffractionScene {
   }
   /// False for planes at or behind the mirror's vertex and for a dz that is not finite.
   bool has_plane(double dz) const { return std::isfinite(dz) && problem_.focal_length + dz > 0; }
-  /// Defocus phase over the versine [rad], and its derivative by dz [rad/m].
+  /// Defocus phase over the versine [rad], and its derivative with respect to dz [rad/m].
   double defocus(double dz) const;
   double defocus_slope(double dz) const;
-  /// Over all planes between the two.
+  /// Largest values over all planes between the two.
   PhaseSteps phase_steps(const Eigen::ArrayXd& height, double dz_low, double dz_high) const;
 
  private:
@@ -88,12 +87,11 @@ class DiffractionScene {
 /// exp(i phase)
 Eigen::ArrayXcd unit_phasors(const Eigen::ArrayXd& phase);
 
-/// Kernels of circles of given radii, which fits ask for again and again; used by several threads. Not a bit
-/// of them depends on whether they were kept.
+/// Kernels of circles that fits need repeatedly, for several threads. Storing them changes no bit of a
+/// result.
 class KernelMemory {
  public:
-  /// The kernel of a circle, built by build(AlignedArray* kernel) unless it is there; null when there is no
-  /// room.
+  /// The kernel of a circle, stored or made by build(AlignedArray* kernel); null when there is no room.
   template <typename Build>
   const AlignedArray* find(double q, const PupilTransform& transform, const Build& build) {
     const std::size_t size = transform.kernel_size();
@@ -115,27 +113,26 @@ class KernelMemory {
   std::map<double, std::unique_ptr<AlignedArray>> kept_;
 };
 
-/// The field in one plane and what is read from it, in memory that serves one plane after the other.
+/// The field in one plane and its derived quantities. Its memory serves one plane after the other.
 struct FocusedField {
   explicit FocusedField(const PupilTransform& transform)
       : focal(transform.focal_size(), transform.precision()) {}
-  double dz = std::nan("");  ///< NaN: nothing yet
-  bool own_mean = false;     ///< of this plane, not of the focus
+  double dz = std::nan("");  ///< NaN: not focused yet
+  bool own_mean = false;     ///< true: with the mean spot of this plane, not of the focus
   AlignedArray focal;
   Eigen::ArrayXcd field;  ///< at the pupil points
   RadialOtf otf;
-  Eigen::ArrayXcd along_x, along_y;  ///< once asked for
+  Eigen::ArrayXcd along_x, along_y;  ///< set at the first request
 };
 
-/// What one thread works in.
+/// Working memory of one thread.
 struct DiffractionBench {
   explicit DiffractionBench(const PupilTransform& transform) : buffers(transform), focused(transform) {}
   PupilTransform::Buffers buffers;
   FocusedField focused;
 };
 
-/// Those of one grid that no thread works in. Their memory is used again: on hundreds of cells across, to get
-/// it anew for a plane took a sixth of a fit.
+/// Unused working memory for one grid. Allocating it anew for each plane would take a sixth of a large fit.
 class DiffractionBenches {
  public:
   std::unique_ptr<DiffractionBench> take(const PupilTransform& transform) {
@@ -163,22 +160,22 @@ class DiffractionBenches {
   std::vector<std::unique_ptr<DiffractionBench>> free_;
 };
 
-/// What all planes of one pupil grid share.
+/// Data that all planes of one pupil grid share.
 struct DiffractionGrid {
   explicit DiffractionGrid(const DiffractionScene& scene, Precision precision = Precision::kDouble);
   PupilTransform transform;
   LagTable lags;
   mutable KernelMemory kernels;
   mutable DiffractionBenches benches;
-  // With roughness that no height stands for:
-  Eigen::ArrayXcd perfect;          ///< nominal base that mean spots are of
+  // These are for roughness that is not part of the heights.
+  Eigen::ArrayXcd perfect;          ///< nominal field base of the mean spots
   Eigen::ArrayXd factor;            ///< H at the lengths of `lags`; empty: 1
   Eigen::ArrayXd along_x, along_y;  ///< H at the lags (m, 0) and (0, m)
-  /// C_m^0 H_whole at the nodes of `lags` in the plane dz, as shares of all light; made when it is first
-  /// asked for, from several threads. scratch: a field without a plane, which is written over.
+  /// C_m^0 H_whole at the nodes of `lags` in the plane dz, as energy fractions. It is computed at the first
+  /// request; several threads may call it. scratch: an unfocused field, which is overwritten.
   const Eigen::ArrayXd& mean_at(const DiffractionScene& scene, double dz, PupilTransform::Buffers* buffers,
                                 FocusedField* scratch) const;
-  /// Whether the mean spot in the plane dz is another than in the focus, where the cells do not see it.
+  /// Whether the mean spot beyond the field of view differs between the plane dz and the focus.
   bool has_own_mean(const DiffractionScene& scene, double dz) const;
 
  private:
@@ -189,17 +186,16 @@ struct DiffractionGrid {
   mutable std::map<double, bool> own_;
 };
 
-/// Sums of C_m over the lags of each length, of the field that was focused into `focal`, as shares of all
-/// light per area of a cell.
+/// Sums of C_m over the lags of each length for the field in `focal`, as energy fractions per area of a cell.
 Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& grid, const AlignedArray& focal,
                         PupilTransform::Buffers* buffers);
 
-/// A bench of a grid for as long as a thread needs it.
+/// Borrows the working memory of a grid for a thread.
 class BorrowedBench {
  public:
   explicit BorrowedBench(const DiffractionGrid& grid)
       : grid_(grid), bench_(grid.benches.take(grid.transform)) {
-    bench_->focused.dz = std::nan("");  // of another surface
+    bench_->focused.dz = std::nan("");  // another surface's plane
   }
   ~BorrowedBench() { grid_.benches.give_back(std::move(bench_)); }
   BorrowedBench(const BorrowedBench&) = delete;
@@ -211,33 +207,33 @@ class BorrowedBench {
   std::unique_ptr<DiffractionBench> bench_;
 };
 
-/// The PSF of a scene in one plane, in borrowed memory. A `focused` with a dz must be of the same scene.
+/// The PSF of a scene in one plane, in borrowed memory. A `focused` with a dz must belong to the same scene.
 class DiffractionPlane {
  public:
   DiffractionPlane(const DiffractionScene& scene, const DiffractionGrid& grid,
                    PupilTransform::Buffers& buffers, FocusedField& focused);
 
-  /// What the light that the cells cannot see is taken from: the mean spot in the focus, or where that is
-  /// another and known, in the plane itself, which is worth its while for planes that are looked at again.
+  /// The mean spot that supplies energy beyond the grid: that of the focus, or that of the plane if it is
+  /// known and differs. The latter is worthwhile for planes that are evaluated repeatedly.
   enum class Mean { kInFocus, kInPlane };
-  /// Moves to the plane z = f + dz: two transforms, unless it is there.
+  /// Moves to the plane z = f + dz by two transforms, unless it is already there.
   void focus(double dz, Mean mean = Mean::kInFocus);
   double dz() const { return focused_.dz; }
-  /// A share of all light, and its derivative by the radius of the circle [1/m].
+  /// Encircled energy as a fraction, and its derivative with respect to the radius [1/m].
   struct InCircle {
     double energy, density;
   };
-  /// What is inside `radius` in the plane dz with the mean spot of that plane, less that with the one of the
-  /// focus: of no surface, and smooth in dz. Leaves the plane that it was in.
+  /// Encircled energy at `radius` and dz with the mean spot of that plane, minus that with the mean spot of
+  /// the focus. It depends on no surface and is smooth in dz. The object leaves its current plane.
   InCircle light_of_own_mean(double radius, double dz);
 
-  /// Radii in [m]; energies are shares of all light.
+  /// Radii are in [m]; energies are fractions.
   double energy(double radius) const { return otf().energy(radius * unit_); }
   double density(double radius) const { return otf().density(radius * unit_) * unit_; }  ///< [1/m]
   std::optional<double> radius(double fraction);
   const RadialOtf& otf() const { return focused_.otf; }
 
-  /// C_m along the lags (m, 0) and (0, m), m >= 0, as shares of all light.
+  /// C_m along the lags (m, 0) and (0, m), m >= 0, as energy fractions.
   const Eigen::ArrayXcd& along_x() {
     correlate_along_axes();
     return focused_.along_x;
@@ -247,25 +243,24 @@ class DiffractionPlane {
     return focused_.along_y;
   }
 
-  /// What a transform back to the pupil left there, until the plane is asked for another.
+  /// Refers to the result of a transform back to the pupil, valid until the next request to the plane.
   class Gradient {
    public:
     explicit Gradient(const DiffractionPlane& plane) : plane_(plane) {}
-    Eigen::ArrayXd over_phases() const;                      ///< of every pupil point [1/rad]
+    Eigen::ArrayXd over_phases() const;                      ///< at every pupil point [1/rad]
     Eigen::ArrayXd over_heights(double factor = 1.0) const;  ///< times `factor` [1/m]
 
    private:
     double over_phase(Eigen::Index k) const;
     const DiffractionPlane& plane_;
   };
-  /// Of energy(radius): one transform, and another where the radius is new. remember: the radius will be
-  /// asked for again, at other heights.
+  /// Gradient of energy(radius): one transform, two for a new radius. remember: keeps the kernel for later.
   Gradient energy_gradient(double radius, bool remember = false);
-  /// Of the sum of `weights` times the values of `otf`: two transforms.
+  /// Gradient of the sum of `weights` times the values of `otf`: two transforms.
   Gradient sum_gradient(const Eigen::ArrayXd& weights);
-  /// Of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: one transform.
+  /// Gradient of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: one transform.
   Gradient axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y);
-  /// d energy(radius)/d dz: the phases turn with dz and the PSF grows with f + dz.
+  /// d energy(radius)/d dz: the phases change with dz, and the PSF scales with f + dz.
   double energy_slope(double radius, const Eigen::ArrayXd& over_phases) const;
 
  private:

@@ -14,30 +14,29 @@ using namespace internal;
 
 namespace {
 
-// Edges of a bent aperture that are straight on the mirror: chords a quarter of a cell long leave an area of
-// pitch^2/(8 16^2 f) along each, far below what cells cost.
+// Straight edges of the mirror are curved in P. Chords of a quarter of a cell leave an area of pitch^2/(8
+// 16^2 f) along each, far below the error of the grid.
 constexpr double kChord = 0.25;
 
-// Light from farther out than this many focal lengths meets the axis under more than 87 degrees.
+// Rays from farther out than this many focal lengths meet the axis at more than 87 degrees.
 constexpr double kDeepest = 1.9;
 
 // Rays of deeper mirrors hardly reach planes out of focus.
 constexpr double kLeastCosine = 0.05;
 
-// Where light of the direction P = f sin(theta) comes from: r = P (1 + t^2), t = r/2f = tan(theta/2), and
-// the area d2r there over d2P.
+// Origin of the ray P = f sin(theta): r = P (1 + t^2), t = r/2f = tan(theta/2), and the area ratio d2r/d2P.
 struct DirectedPoint {
   double stretch = 1;   // r/P = 1 + t^2
   double jacobian = 1;  // (1 + t^2)^3/(1 - t^2)
 };
 DirectedPoint directed_point(double direction, double focal_length) {
   if (!std::isfinite(focal_length)) return {};
-  const double sine = std::min(direction / focal_length, 1 - 1e-6);  // centres of edge cells lie outside
+  const double sine = std::min(direction / focal_length, 1 - 1e-6);  // centres of edge cells may lie outside
   const double cosine = std::sqrt((1 - sine) * (1 + sine)), stretch = 2 / (1 + cosine);
   return {stretch, stretch * stretch / cosine};
 }
 
-// Builds a pupil cell by cell, row after row, or segment after segment.
+// Builds a pupil cell by cell, either row after row or segment after segment.
 class PupilBuilder {
  public:
   PupilBuilder(Eigen::ArrayXd x, Eigen::ArrayXd y, double pitch_x, double pitch_y)
@@ -50,7 +49,7 @@ class PupilBuilder {
     grid_.row.push_back(std::uint32_t(row));
     clear_.push_back(clear);
   }
-  /// The cells that a shape leaves clear.
+  /// Adds the grid cells that a shape leaves clear.
   void add_all(const Aperture& shape) {
     const auto span = [](const Eigen::ArrayXd& centres, double pitch, double low, double high) {
       const auto last = double(centres.size() - 1);
@@ -70,13 +69,13 @@ class PupilBuilder {
         if (const ClearPart clear = cells(column, row); clear.share > 0)
           add(columns[0] + column, rows[0] + row, clear);
   }
-  /// The same of one segment of many: its cells are its own.
+  /// Adds one of several segments, with cells of its own.
   void add_segment(const Aperture& shape) {
     segments_.push_back(clear_.size());
     add_all(shape);
   }
   const CartesianGrid& grid() const { return grid_; }
-  /// On the mirror where the grid is one of direction cosines; infinity: where they are the same.
+  /// Adds points on the mirror if the grid is one of direction cosines (finite focal length).
   DiffractionPupil finish(double focal_length, std::array<double, 2> shift) {
     if (clear_.empty()) throw ComputationError("no cell of the pupil grid lets light through");
     const Eigen::Index n = Eigen::Index(clear_.size());
@@ -115,9 +114,9 @@ class PupilBuilder {
 
  private:
   // The integral of a smooth field g over the clear part of a cell of unit area is share g + x g_x + y g_y +
-  // share (g_xx + g_yy)/24 + third order, g and its derivatives at the centre (inner edges of a cell's clear
-  // part change the last term by third order). Derivatives are differences of three clear cells in a line,
-  // central where both neighbours are clear. Their weights sum to zero: the total is that of `cover`.
+  // share (g_xx + g_yy)/24 + third order, with g and its derivatives at the centre. Derivatives are
+  // differences of three clear cells in a line, central if both neighbours are clear. Their weights sum to
+  // zero, so the total is that of `cover`.
   Eigen::ArrayXd corrected(std::size_t begin, std::size_t end) const {
     const auto range = [&](const std::vector<std::uint32_t>& of) {
       const auto [low, high] =
@@ -126,7 +125,7 @@ class PupilBuilder {
                           : std::array<std::ptrdiff_t, 2>{*low, *high - *low + 1};
     };
     const auto columns = range(grid_.column), rows = range(grid_.row);
-    const std::ptrdiff_t width = columns[1] + 4;  // two opaque cells all around
+    const std::ptrdiff_t width = columns[1] + 4;  // with two opaque cells on each side
     std::vector<char> lit(std::size_t(width * (rows[1] + 4)), 0);
     std::vector<double> weight(lit.size(), 0.0);
     std::vector<std::ptrdiff_t> cell(end - begin);
@@ -164,12 +163,12 @@ class PupilBuilder {
 
   CartesianGrid grid_;
   std::vector<ClearPart> clear_;
-  std::vector<std::size_t> segments_;  // where each begins
+  std::vector<std::size_t> segments_;  // start of each segment
   DiffractionPupil pupil_;
 };
 
 Eigen::ArrayXd cell_centres(double low, double high, double pitch, double shift) {
-  // An aperture that is a whole number of cells wide gets just these; a shift needs one more.
+  // An aperture of a whole number of cells gets exactly that number; a shift needs one more.
   const double cells =
       std::max(1.0, std::ceil((high - low) / pitch * (1 - 1e-12) - 1e-9)) + (shift == 0 ? 0 : 1);
   if (!(cells <= kMostCells))
@@ -179,7 +178,7 @@ Eigen::ArrayXd cell_centres(double low, double high, double pitch, double shift)
   return first + pitch * Eigen::ArrayXd::LinSpaced(Eigen::Index(cells), 0.0, cells - 1);
 }
 
-// Radius of the cone of light from the rim, over the distance from the focus.
+// Radius of the cone of rays from the rim, over the distance from the focus.
 double steepness_of_rim(const Aperture& aperture, double focal_length) {
   const double t = aperture_radius(aperture) / (2 * focal_length);
   return aperture_radius(aperture) / (focal_length * std::max(1 - t * t, kLeastCosine));
@@ -243,15 +242,15 @@ DiffractionPupil diffraction_pupil(const HeightMap& map, const Aperture& apertur
 double farthest_plane(const Aperture& aperture, double focal_length, double wavelength, int samples) {
   const double steepness = steepness_of_rim(aperture, focal_length);
   const double in_far_field = samples * wavelength / (8 * aperture_radius(aperture) * steepness);
-  return focal_length * in_far_field / (1 + in_far_field);  // before the focus, where the view is narrower
+  return focal_length * in_far_field / (1 + in_far_field);  // inside focus, where the field is smaller
 }
 
 DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_length, double wavelength,
                                          double radius, double dz, int least_samples) {
   const double aperture_r = aperture_radius(aperture), distance = focal_length + dz;
-  // Light at the distance w/2 from the focus, w = wavelength distance/pitch the field of view, turns the
-  // phase by pi from cell to cell; half of that leaves room for what a Gaussian tail or the scatter of a draw
-  // adds.
+  // A ray at the distance w/2 from the focus, w = wavelength distance/pitch the field of view, changes the
+  // phase by pi from cell to cell. We allow half of that, which leaves room for a Gaussian tail or the
+  // scatter of a realisation.
   const double reach = radius + std::abs(dz) * steepness_of_rim(aperture, focal_length);
   const double for_reach = 8 * aperture_r * reach / (wavelength * distance);
   DiffractionSampling result;

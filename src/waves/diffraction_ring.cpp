@@ -8,10 +8,9 @@
 namespace aberfit::internal {
 namespace {
 
-// What the mean spot of a plane has inside a ring beyond that of the focus, where the cells do not see it: a
-// halo widens with the square of the defocus. A search asks for planes that no one asks for again, and this
-// is as smooth as the mean spot: a straight line in dz^2 between planes that all surfaces share. Rings share
-// these, too: planes at multiples of a power of two.
+// The encircled energy that the mean spot of a plane has beyond that of the focus, outside the grid. A halo
+// widens with the square of the defocus. This is as smooth as the mean spot. So we interpolate linearly in
+// dz^2 between planes at multiples of a power of two, which all surfaces and rings share.
 class OwnMeans {
  public:
   OwnMeans(DiffractionPlane* plane, double ring, double step)
@@ -20,7 +19,7 @@ class OwnMeans {
   struct Line {
     double energy, slope, density;  // slope: of the energy over dz; density: over the ring's radius
   };
-  /// Leaves the plane that `plane` was in.
+  /// The object `plane` leaves its current plane.
   Line at(double dz) {
     const double z = dz / apart_, low = std::floor(z);
     const DiffractionPlane::InCircle here = of(low), next = of(low + 1);
@@ -41,13 +40,13 @@ class OwnMeans {
   std::map<double, DiffractionPlane::InCircle> known_;
 };
 
-// N(z) and its slope. own: null: beyond the cells every plane has the mean spot of the focus.
+// N(z) and its slope. own: null: all planes use the mean spot of the focus beyond the grid.
 class RingLight {
  public:
   RingLight(const DiffractionScene& scene, DiffractionPlane* plane, double ring, OwnMeans* own)
       : scene_(scene), plane_(plane), ring_(ring), own_(own) {}
 
-  // NaN where the plane does not exist or the ring leaves the field of view.
+  // NaN when the plane does not exist or the ring exceeds the field of view.
   double energy(double dz) const {
     if (!scene_.has_plane(dz) || ring_ > scene_.largest_radius(dz)) return std::nan("");
     const double more = beyond(dz).energy;
@@ -58,13 +57,13 @@ class RingLight {
     Eigen::ArrayXd gradient;
     return slope(dz, &gradient);
   }
-  // By the ring's radius.
+  // Derivative with respect to the ring's radius.
   double density(double dz) const {
     const double more = beyond(dz).density;
     plane_->focus(dz);
     return plane_->density(ring_) + more;
   }
-  // gradient: of the energy by the phases.
+  // gradient: of the energy with respect to the phases.
   double slope(double dz, Eigen::ArrayXd* gradient) const {
     const double more = beyond(dz).slope;
     plane_->focus(dz);
@@ -95,9 +94,8 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
                                                            double ring, Eigen::ArrayXd* d_phase,
                                                            double* d_ring) {
   if (!(ring > 0)) return std::nullopt;
-  // A perfect disc of light of RMS radius rho is half inside the ring at dz = f ring/rho; rays of a rough
-  // mirror spread the profile about twice as far. Five steps of a quarter hold either, more are added as
-  // needed.
+  // A uniform disc of RMS radius rho is half inside the ring at dz = f ring/rho; rays of a rough mirror make
+  // the profile about twice as wide. Five steps of a quarter cover both, and the search adds more if needed.
   const PupilSample& sample = scene.problem().pupil.sample;
   const double rho = std::sqrt((sample.weight * (sample.x.square() + sample.y.square())).sum());
   if (!(rho > 0)) return std::nullopt;
@@ -110,7 +108,7 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
   if (!known) {
     if (const RingMemory::Crossings near = memory ? memory->near(ring) : std::nullopt)
       found = light.follow(*near, step);
-    if (!found && own) {  // dozens of planes with the mean spot of the focus, and from there with their own
+    if (!found && own) {  // we search with the mean spot of the focus, then follow with those of the planes
       const RingMemory::Crossings roughly = RingLight(scene, plane, ring, nullptr).search(step);
       if (roughly) found = light.follow(*roughly, step);
       if (roughly && !found) found = light.search(step);
@@ -122,8 +120,7 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
   if (!found) return std::nullopt;
   const DiffractionRingWidth result{found->upper - found->lower, found->peak, found->lower, found->upper};
   if (!d_phase) return result;
-  // Implicit function theorem on N(z) = N(peak)/2 at both crossings; the peak does not move N(peak) to first
-  // order.
+  // Implicit function theorem on N(z) = N(peak)/2 at both crossings; N is stationary at the peak.
   struct End {
     double density, slope;
     Eigen::ArrayXd gradient;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kCacheLine = 64;
 
-// Length of the transform of half of the samples.
+// Transform length for half of the samples.
 int half_length(int n, double padding) {
   return int(smooth_from(std::max(1, int(std::ceil(0.5 * padding * n - 1e-9)))));
 }
@@ -60,7 +60,7 @@ PupilTransform::Buffers::Buffers(const PupilTransform& t)
       real_half(std::size_t(t.n_y_ + 1) * t.pupil_.real_stride(), t.precision()),
       work(t.work_size(), t.precision()),
       weights(std::size_t(2 * t.n_x_) * kLines, t.precision()) {
-  std::fill_n(quarter.data(), t.quarter_size(), 0.0);  // gaps are transformed, too
+  std::fill_n(quarter.data(), t.quarter_size(), 0.0);  // gaps are transformed too
   std::fill_n(pupil.data(), t.pupil_.size(), 0.0);
 }
 

@@ -16,13 +16,13 @@ inline std::size_t bytes_of_number(Precision precision) {
   return precision == Precision::kDouble ? sizeof(double) : sizeof(float);
 }
 
-/// Numbers on the boundary of a cache line. Not initialised.
+/// Uninitialised numbers, aligned to a cache line.
 class AlignedArray {
  public:
   explicit AlignedArray(std::size_t size, Precision precision = Precision::kDouble);
   ~AlignedArray();
   AlignedArray(AlignedArray&&) = delete;
-  /// Real: double or float, as the precision has it.
+  /// Real must match the precision: double or float.
   template <typename Real = double>
   Real* data() {
     return static_cast<Real*>(data_);
@@ -36,33 +36,33 @@ class AlignedArray {
   void* data_;
 };
 
-/// Fields of rows x columns cells as the lines of kernels want them: eight columns side by side, their real
-/// parts before their imaginary parts. Rows have gaps behind them: a power of two apart, they would all fall
-/// on the same few lines of the cache.
+/// Memory layout of a field of rows x columns cells for the line kernels. Eight columns lie side by side,
+/// real parts before imaginary parts. Rows have gaps between them. A stride of a power of two would map all
+/// rows to the same few cache lines.
 struct FieldLayout {
   int rows = 0, columns = 0;
   int blocks() const { return (columns + kLines - 1) / kLines; }
-  std::size_t stride() const { return std::size_t(blocks()) * 2 * kLines + kLines; }   ///< of rows
-  std::size_t real_stride() const { return std::size_t(blocks()) * kLines + kLines; }  ///< of real rows
+  std::size_t stride() const { return std::size_t(blocks()) * 2 * kLines + kLines; }   ///< stride of rows
+  std::size_t real_stride() const { return std::size_t(blocks()) * kLines + kLines; }  ///< for real rows
   std::size_t size() const { return std::size_t(rows) * stride(); }
-  /// Of the real part; the imaginary part lies kLines behind it.
+  /// Index of the real part; the imaginary part is kLines later.
   std::size_t at(std::size_t row, std::size_t column) const {
     return row * stride() + column / kLines * (2 * kLines) + column % kLines;
   }
 };
 
 /// Transforms between a pupil of rows x columns cells and a focal plane of m_rows x m_columns = 2 n_y x 2 n_x
-/// samples. Even and odd samples along an axis are transforms of length n each, so that nothing is spent on
-/// the zeros around the pupil and lines stay in the first-level cache.
-/// Cells and lags are in double precision. Focal fields, kernels and all between may be in single precision:
-/// half the memory, about half the time, and errors of about 2e-7 of the largest number that comes out.
+/// samples. Even and odd samples along an axis are separate transforms of length n. So zeros around the pupil
+/// cost no time and lines stay in the first-level cache. Cells and lags are in double precision. Focal
+/// fields, kernels and intermediate data may be in single precision: half the memory, about half the time,
+/// and errors of about 2e-7 of the largest output.
 class PupilTransform {
  public:
-  /// padding: focal samples over pupil cells, at least 1. From 2 on correlations are exact; with fewer
-  /// samples those of m cells and of m_columns - m come as one, and there are none of m_columns/2 and more.
+  /// padding: focal samples over pupil cells, at least 1. From 2 on correlations are exact. With less
+  /// padding, the lags m and m_columns - m merge, and lags of m_columns/2 or more do not exist.
   PupilTransform(int rows, int columns, double padding, Precision precision = Precision::kDouble);
 
-  /// Of focal fields and kernels.
+  /// Precision of focal fields and kernels.
   Precision precision() const {
     return std::holds_alternative<Plans<double>>(plans_) ? Precision::kDouble : Precision::kSingle;
   }
@@ -71,31 +71,31 @@ class PupilTransform {
   int columns() const { return pupil_.columns; }
   int m_rows() const { return 2 * n_y_; }
   int m_columns() const { return 2 * n_x_; }
-  /// Lags of correlations and kernels, from 0 on.
+  /// Number of lags of correlations and kernels, from lag 0.
   int lag_rows() const { return std::min(rows(), n_y_); }
   int lag_columns() const { return std::min(columns(), n_x_); }
-  /// Numbers of a focal field: bundles of rows, each beside its mirror image about Y = 0.
+  /// Numbers in a focal field. Groups of rows lie beside their mirror images about Y = 0.
   std::size_t focal_size() const { return groups_.size() * 2 * group_size(); }
-  /// Numbers of a kernel, even along both axes: a quarter of the samples.
+  /// Numbers in a kernel, which is even along both axes: a quarter of the samples.
   std::size_t kernel_size() const { return groups_.size() * kernel_group_size(); }
-  /// Of what is even along both axes and beyond lag_rows x lag_columns zero or not wanted.
+  /// Layout of an even array over the lags, lag_rows x lag_columns.
   std::size_t quarter_stride() const { return pupil_.real_stride(); }
   std::size_t quarter_size() const { return std::size_t(rows()) * quarter_stride(); }
 
-  /// What one thread works in.
+  /// Working memory of one thread.
   struct Buffers {
     explicit Buffers(const PupilTransform& transform);
-    AlignedArray pupil;    ///< laid out as pupil()
-    AlignedArray back;     ///< likewise, of what comes back
+    AlignedArray pupil;    ///< in the layout pupil()
+    AlignedArray back;     ///< result of the back transform, in the same layout
     AlignedArray quarter;  ///< quarter_stride()
-    AlignedArray kernel;   ///< kernel_size(), for those that are not kept; as those behind, in precision()
+    AlignedArray kernel;   ///< kernel_size(), if not stored; in precision(), like the arrays below
     AlignedArray half, real_half, work, weights;
   };
 
   /// F(X) = sum_k E_k exp(-2 pi i k.X/m) from E in `pupil`.
   void to_focus(AlignedArray* focal, Buffers* buffers) const;
-  /// sum_X |F(X)|^2 cos(2 pi m_x X/m) cos(2 pi m_y Y/m) into `quarter`: m_rows m_columns times Re(C_(mx,my) +
-  /// C_(mx,-my))/2, C_m = sum_k E_(k+m) conj(E_k).
+  /// Writes sum_X |F(X)|^2 cos(2 pi m_x X/m) cos(2 pi m_y Y/m) into `quarter`. It is m_rows m_columns times
+  /// Re(C_(mx,my) + C_(mx,-my))/2, C_m = sum_k E_(k+m) conj(E_k).
   void correlation(const AlignedArray& focal, Buffers* buffers) const;
   /// K(X) = sum_m g(m) exp(+2 pi i m.X/m) from g in `quarter`, even along both axes.
   void kernel(AlignedArray* kernel, Buffers* buffers) const;
@@ -112,7 +112,7 @@ class PupilTransform {
   Eigen::ArrayXd kernel_along_y(const Eigen::ArrayXcd& g) const;
 
  private:
-  // Eight rows 2 row[l] + part, and those opposite; -1: none.
+  // Eight rows 2 row[l] + part, and the opposite rows; -1: none.
   struct Group {
     int part;
     std::array<int, kLines> row, mirror;
@@ -125,7 +125,7 @@ class PupilTransform {
   struct Plans {
     Plans(int n_x, int n_y);
     LinePlan<Real> x, y;
-    std::vector<Real> phases_x, phases_y;  // of both parts
+    std::vector<Real> phases_x, phases_y;  // for both parts
     const LineKernels<Real>& kernels;
   };
   template <typename Real>
@@ -143,8 +143,8 @@ class PupilTransform {
   std::variant<Plans<double>, Plans<float>> plans_;
 };
 
-/// |F(X)|^2, X = 0 .. m-1 along both axes, m = parts n, F as above, n at least rows and columns and of a fast
-/// size: samples - before .. samples - before - 1 about X = 0, row after row.
+/// |F(X)|^2 of m = parts n samples along both axes, F as above, for samples -before .. samples - before - 1
+/// about X = 0, row after row. n must be at least rows and columns, and a fast size.
 Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> focal_intensity(
     const FieldLayout& layout, const double* pupil, int n, int parts, Eigen::Index before,
     Eigen::Index samples);

@@ -14,11 +14,11 @@
 namespace aberfit {
 namespace internal {
 
-/// Searches of N(z) by ring radius and step; used by several threads.
+/// Results of ring searches by ring radius and step; several threads may use it.
 class RingMemory {
  public:
   using Crossings = std::optional<RingCrossings>;
-  bool follows = false;  ///< from one surface to the next
+  bool follows = false;  ///< whether a search starts from the previous surface
   std::optional<Crossings> find(double ring, double step) {
     const std::lock_guard lock(mutex_);
     const auto at = found_.find({ring, step});
@@ -28,12 +28,12 @@ class RingMemory {
     const std::lock_guard lock(mutex_);
     found_[{ring, step}] = crossings;
   }
-  /// For another surface or grid. What was found stays as the guess from which to follow.
+  /// Call this for another surface or grid. Old results become starting values.
   void move_on() {
     if (follows && !found_.empty()) last_ = std::move(found_);
     found_.clear();
   }
-  /// Of the last surface that had any, for the ring that is the nearest to this one.
+  /// Crossings of the previous surface for the ring nearest in radius.
   Crossings near(double ring) const {
     constexpr double kAlike = 1.2;
     Crossings nearest;
@@ -52,24 +52,23 @@ class RingMemory {
 
 }  // namespace internal
 
-/// Tables of one pupil grid, and what is known of the surface that was looked at last: gradients are wanted
-/// where values just were.
+/// Tables of one pupil grid and data of the last surface, whose gradients often follow its values.
 struct DiffractionWorkspace::Buffers {
-  std::vector<DiffractionWorkspace> lines;  // of a band, one for each wavelength
+  std::vector<DiffractionWorkspace> lines;  // for a band, one per wavelength
   internal::RingMemory rings;
 
   std::unique_ptr<internal::DiffractionGrid> grid;
   std::map<double, std::unique_ptr<internal::FocusedField>> planes;
 
   void prepare(const internal::DiffractionScene& scene);
-  /// Forgets the planes of another surface, all but the memory of those at `dz`.
+  /// Drops the planes of another surface, but keeps the memory of those at `dz`.
   void look_at(const internal::DiffractionScene& scene, const std::vector<double>& dz);
-  /// The plane at dz of the surface that is looked at, focused or not; null when memory for it is not to be
-  /// had: planes of one surface are kept up to 512 MB. Not for several threads.
+  /// The plane at dz of the current surface, focused or not; null when memory is short. Planes of one surface
+  /// are kept up to 512 MB. Only one thread may call it.
   internal::FocusedField* plane(double dz);
 
  private:
-  // All that a plane is a function of.
+  // Everything that a plane depends on.
   struct Surface {
     double focal_length = 0, wavelength = 0, pitch_x = 0, pitch_y = 0, total = 0;
     CartesianGrid grid;
@@ -84,7 +83,7 @@ struct DiffractionWorkspace::Buffers {
     internal::Precision precision = internal::Precision::kDouble;
     double pitch_x = 0, pitch_y = 0, longest_lag = 0;
     std::shared_ptr<const MeanScatter> scatter = {};
-    std::array<double, 2> shift = {};  // moves what is known of the mean
+    std::array<double, 2> shift = {};  // shifts change the stored mean spots
     bool operator==(const Size&) const = default;
   };
   Size size_;

@@ -7,7 +7,7 @@
 namespace aberfit {
 namespace {
 
-// Lagrange's weights of ten equidistant nodes 0 .. 9 at t.
+// Lagrange weights of the ten equidistant nodes 0 .. 9 at t.
 void lagrange(double t, double* weights) {
   constexpr int kNodes = 10;
   // 1/((-1)^(9-i) i! (9-i)!)
@@ -31,7 +31,7 @@ LagTable::LagTable(int rows, int columns, double ax, double ay, double longest)
       within_(std::size_t(rows), 0),
       index_(std::size_t(rows) * columns_, 0) {
   const double longest2 = longest * longest;
-  std::vector<std::pair<double, std::size_t>> lags;  // length^2, place
+  std::vector<std::pair<double, std::size_t>> lags;  // length^2 and index
   for (int row = 0; row < rows; ++row) {
     const double y2 = double(row) * row * ay * ay;
     for (int column = 0; column < columns; ++column) {

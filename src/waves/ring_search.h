@@ -6,21 +6,20 @@
 
 namespace aberfit::internal {
 
-/// The main peak of N(z) and where N falls to half of it on either side. Derivatives are for whoever looks
-/// near them next.
+/// The main peak of N(z) and its half crossings on either side, with derivatives for the next search.
 struct RingCrossings {
   double lower, peak, upper;                               ///< [m], planes from z = f
-  double slope_lower = 0, curvature = 0, slope_upper = 0;  ///< about dN/dz [1/m], d2N/dz2 [1/m^2]; 0: unknown
+  double slope_lower = 0, curvature = 0, slope_upper = 0;  ///< rough dN/dz [1/m], d2N/dz2 [1/m^2]; 0: unknown
 };
 
 struct RingSample {
   double dz, energy;
 };
 
-/// Zero of f between a and b, where its signs differ, by inverse interpolation through the last four values
-/// known (Brent, Algorithms for Minimization without Derivatives, 1973, ch. 4, with one point more), or the
-/// middle where that leaves the bracket or halves it too slowly. `known`: values elsewhere, the nearest last.
-/// Every value of f costs transforms: five do where a secant needs nine.
+/// Zero of f between a and b, where its signs differ. It uses inverse interpolation through the last four
+/// known values (Brent, Algorithms for Minimization without Derivatives, 1973, ch. 4, with one point more).
+/// It bisects where that leaves the bracket or shrinks it too slowly. `known`: values elsewhere, the nearest
+/// last. Every value of f costs transforms; this needs about five, a secant method nine.
 template <typename F>
 double interpolated_root(const F& f, std::vector<RingSample> known, RingSample a, RingSample b,
                          double tolerance) {
@@ -33,7 +32,7 @@ double interpolated_root(const F& f, std::vector<RingSample> known, RingSample a
     double next[kPoints];
     const RingSample* point = known.data() + (known.size() - count);
     for (std::size_t i = 0; i < count; ++i) next[i] = point[i].dz;
-    for (std::size_t step = 1; step < count; ++step)  // Neville, at f = 0
+    for (std::size_t step = 1; step < count; ++step)  // Neville's scheme at f = 0
       for (std::size_t i = 0; i + step < count; ++i)
         next[i] = (point[i + step].energy * next[i] - point[i].energy * next[i + 1]) /
                   (point[i + step].energy - point[i].energy);
@@ -53,10 +52,10 @@ double interpolated_root(const F& f, std::vector<RingSample> known, RingSample a
   return std::abs(a.energy) < std::abs(b.energy) ? a.dz : b.dz;
 }
 
-/// A zero of f beside `start`, by secants from a slope that is about right (its sign is), and the slope of
-/// the last secant. Done when the next step times the one before, which is what a secant errs by, comes to no
-/// more than tolerance^2: that step is taken without another look. Nothing where it is not found within
-/// `most` of the start, or with NaN.
+/// A zero of f near `start`, by secants from a slope of the right sign, and the slope of the last secant. It
+/// ends when the product of the last two steps, which is the order of a secant's error, is at most
+/// tolerance^2; it takes that step without a further value of f. Returns nothing beyond `most` from the
+/// start, or with NaN.
 struct SecantRoot {
   double at, slope;
 };
@@ -79,16 +78,16 @@ std::optional<SecantRoot> secant_root(const F& f, double start, double slope, do
   return std::nullopt;
 }
 
-/// The crossings that `guess`, those of a surface or a grid not far from this one, has moved to, by secants
-/// and not by a scan. Nothing where they have moved by more than half of `step`, or with NaN.
+/// Follows the crossings of a similar surface or grid, `guess`, by secants instead of a scan. Returns nothing
+/// if they moved by more than half of `step`, or with NaN.
 template <typename Energy, typename Slope>
 std::optional<RingCrossings> follow_ring(const Energy& energy, const Slope& slope, const RingCrossings& guess,
                                          double step) {
-  // In steps: far below what a fit or the difference of two grids can tell. The energy at the peak changes
-  // with the square of an error of it.
+  // These are in steps, far below the resolution of a fit or the difference of two grids. The energy at the
+  // peak has a quadratic error in the peak's position.
   constexpr double kTolerance = 1e-4, kPeakTolerance = 3e-3, kMost = 0.5;
   const auto not_zero = [](double known, double otherwise) { return known != 0 ? known : otherwise; };
-  // A parabola through the peak and both crossings.
+  // The first curvature comes from a parabola through the peak and both crossings.
   const double half_width = 0.5 * (guess.upper - guess.lower), at_guess = energy(guess.peak);
   const std::optional<SecantRoot> peak =
       secant_root(slope, guess.peak, not_zero(guess.curvature, -at_guess / (half_width * half_width)),
@@ -96,7 +95,7 @@ std::optional<RingCrossings> follow_ring(const Energy& energy, const Slope& slop
   if (!peak) return std::nullopt;
   const double half = 0.5 * energy(peak->at);
   const auto excess = [&](double z) { return energy(z) - half; };
-  // From twice `half` to `half` between the peak and here, and about as steep beyond.
+  // The first slope assumes that N falls from twice `half` to `half` between the peak and here.
   const auto crossing = [&](double start, double known) {
     return secant_root(excess, start, not_zero(known, -half / (1.5 * (start - peak->at))), kTolerance * step,
                        kMost * step);
@@ -107,13 +106,13 @@ std::optional<RingCrossings> follow_ring(const Energy& energy, const Slope& slop
   return RingCrossings{lower->at, peak->at, upper->at, lower->slope, peak->slope, upper->slope};
 }
 
-/// Crossings nearest to the highest peak of `energy(dz)`, of which `slope(dz)` is the derivative, from a scan
-/// in steps of `step` that is widened until both ends lie below half. NaN from `energy` ends the search:
-/// nothing, as where N does not fall to half within 60 steps.
+/// Crossings nearest to the highest peak of `energy(dz)`, whose derivative is `slope(dz)`. A scan in steps of
+/// `step` is widened until both ends lie below half. Returns nothing when N does not fall to half within 60
+/// steps, or when `energy` gives NaN.
 template <typename Energy, typename Slope>
 std::optional<RingCrossings> search_ring(const Energy& energy, const Slope& slope, double step) {
   constexpr int kMostPlanes = 60;  // on either side
-  // In steps. The width changes with the square of an error of the peak, its gradient in proportion.
+  // In steps. The width has a quadratic error in the position of the peak, but its gradient has a linear one.
   constexpr double kCrossingTolerance = 1e-12, kPeakTolerance = 1e-10;
   std::vector<RingSample> up{{0.0, energy(0.0)}}, down;
   double highest = up[0].energy;
@@ -138,8 +137,8 @@ std::optional<RingCrossings> search_ring(const Energy& energy, const Slope& slop
     if (scan[k].energy > scan[top].energy) top = k;
   if (top == 0 || top + 1 == scan.size()) return std::nullopt;
 
-  // Energy falls from the highest sample to its neighbour although it may start upwards: a maximum lies
-  // between. Halve until the slopes at both ends bracket it.
+  // N falls from the highest sample to its neighbour even if it rises at first, so a maximum lies between. We
+  // halve the interval until the slopes at both ends bracket it.
   double peak = scan[top].dz;
   if (const double at_inner = slope(peak); at_inner != 0) {
     const double inner = peak, span = scan[top + 1].dz - scan[top - 1].dz;
@@ -161,7 +160,7 @@ std::optional<RingCrossings> search_ring(const Energy& energy, const Slope& slop
     }
     const RingSample& outside = scan[k];
     const RingSample& inside = scan[outward > 0 ? k - 1 : k + 1];
-    std::vector<RingSample> known;  // one on either side of the two
+    std::vector<RingSample> known;  // one on either side of the bracket
     if (k > 1 && k + 2 < scan.size())
       for (const std::size_t beyond : {outward > 0 ? k - 2 : k + 2, outward > 0 ? k + 1 : k - 1})
         known.push_back({scan[beyond].dz, scan[beyond].energy - half});

@@ -11,8 +11,8 @@ namespace aberfit::test {
 const std::vector<std::string>& rooms();
 
 /// What the rules say against a file: one sentence per #include that breaks them, naming file and line; empty
-/// when all is well. file: path below `root`, in include/aberfit/<room>, src/<room>, src/main.cpp or
-/// include/aberfit/aberfit.h, which includes public headers and nothing else; text: its contents. Local
+/// when all is well. file: path below `root`, in include/aberfit/<room>, src/<room>, src (the program)
+/// or include/aberfit/aberfit.h, which includes public headers and nothing else; text: its contents. Local
 /// includes are looked up on disc, beside the file.
 std::vector<std::string> violations(const std::filesystem::path& root, const std::filesystem::path& file,
                                     const std::string& text);

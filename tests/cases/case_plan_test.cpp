@@ -1,5 +1,4 @@
-// Plans against what a grid and a Sobol sequence are by definition, written anew; ranges against closed
-// forms.
+// Plans against independent definitions of a grid and a Sobol sequence; ranges against closed forms.
 #include "aberfit/cases/case_plan.h"
 
 #include <gtest/gtest.h>
@@ -46,9 +45,9 @@ TEST(CasePlan, OfAGridHasEveryValueWithEveryOtherAndEachOnce) {
 TEST(CasePlan, RangesAreTheirClosedForms) {
   EXPECT_EQ(range_value(range("\"10 nm\"", "\"40 nm\"", 4, "linear"), 1.0 / 3), "\"20 nm\"");
   EXPECT_EQ(range_value(range("\"1 nm\"", "\"100 nm\"", 3, "log"), 0.5), "\"10 nm\"");
-  EXPECT_EQ(range_value(range("0.1", "0.3", 3, "linear"), 0.5), "0.2");  // no 0.20000000000000001
+  EXPECT_EQ(range_value(range("0.1", "0.3", 3, "linear"), 0.5), "0.2");  // not 0.20000000000000001
   EXPECT_EQ(range_value(range("4", "9", 3, "integers"), 0.5), "7");
-  // The end in another unit of the same kind.
+  // The end has another unit of the same kind.
   EXPECT_EQ(range_value(range("\"400 nm\"", "\"1 um\"", 3, "linear"), 0.5), "\"700 nm\"");
   EXPECT_EQ(range_value(range("\"400 nm\"", "\"1 um\"", 3, "linear"), 1), "\"1000 nm\"");
   for (const VaryAxis& wrong :
@@ -63,8 +62,8 @@ TEST(CasePlan, ARangeInAGridHasBothEnds) {
             (std::vector<std::string>{"\"1 nm\"", "\"2 nm\"", "\"4 nm\"", "\"8 nm\"", "\"16 nm\""}));
 }
 
-// Sobol's law: of the first 2^k points every one of 2^k equal intervals of a coordinate holds one, and every
-// elementary box of area 2^-k of the first two coordinates, too ((0, k, 2)-net). A shift of bits keeps both.
+// Sobol's law: of the first 2^k points each of 2^k equal intervals of a coordinate holds one. So does every
+// elementary box of area 2^-k of the first two coordinates ((0, k, 2)-net). A digital shift keeps both.
 TEST(CasePlan, SobolPointsAreANet) {
   constexpr int kPower = 8, kPoints = 1 << kPower;
   for (const std::uint64_t seed : {1u, 2u}) {
@@ -104,7 +103,7 @@ TEST(CasePlan, SobolCasesSpreadOverRangesListsAndWholeNumbers) {
   }
   EXPECT_EQ(second, (std::map<std::string, int>{{"1", 32}, {"2", 32}}));
   EXPECT_EQ(third, (std::map<std::string, int>{{"2", 16}, {"3", 16}, {"4", 16}, {"5", 16}}));
-  // Of lists alone there are no more cases than pairs, each once.
+  // Lists alone have no more cases than combinations, each once.
   vary.axes = {list("/a", {"1", "2", "3"}), list("/b", {"1", "2"})};
   EXPECT_EQ(CasePlan(vary, 1, "s.json").size(), 6u);
 }

@@ -1,4 +1,4 @@
-// Records: what is written is what is read, whatever happened in between.
+// Records that are read equal those that were written, even after interruptions.
 #include "aberfit/cases/journal.h"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ TEST(CaseRecord, IsReadAsItWasWritten) {
   EXPECT_EQ(second->error, first.error);
   EXPECT_EQ(nlohmann::json::parse(line)["status"], "failed");
   for (const char* wrong : {"", "{}", "[1]", "{\"id\": 3}", "no"}) EXPECT_FALSE(record_of(wrong)) << wrong;
-  // Beyond what counts can be, which is no number to convert (found by fuzzing).
+  // Numbers that are no possible count (found by fuzzing).
   for (const char* index : {"3e26", "-1", "2.5", "true", "null"}) {
     nlohmann::json damaged = nlohmann::json::parse(line);
     damaged["index"] = nlohmann::json::parse(index);
@@ -63,7 +63,7 @@ TEST_F(Journal, GoesOnBehindALineThatWasCutShort) {
   { CaseJournal(folder_.file("cases")).add(record("a")); }
   const std::string file = folder_.file("cases/worker-0001.jsonl"), whole = read_file(file);
   const std::string second = to_line(record("b", 2));
-  // Killed anywhere within the second line.
+  // The process is killed at any position of the second line.
   for (std::size_t cut = 0; cut < second.size(); cut += 7) {
     folder_.write("cases/worker-0001.jsonl", whole + second.substr(0, cut));
     EXPECT_EQ(read().size(), 1u) << cut;
@@ -71,7 +71,7 @@ TEST_F(Journal, GoesOnBehindALineThatWasCutShort) {
     { CaseJournal(folder_.file("cases")).add(record("c", 3)); }
     EXPECT_EQ(read_file(file), whole + to_line(record("c", 3))) << cut;
   }
-  // A cut line as long as what is looked at in one piece.
+  // An incomplete line that is longer than one block of the reading.
   folder_.write("cases/worker-0001.jsonl", whole + std::string(20000, 'x'));
   { CaseJournal(folder_.file("cases")).add(record("c", 3)); }
   EXPECT_EQ(read_file(file), whole + to_line(record("c", 3)));

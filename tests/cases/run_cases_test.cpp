@@ -1,5 +1,4 @@
-// The loop over cases: each once, whatever the threads, failures and earlier runs; and what is gathered of
-// it.
+// The loop over cases runs each once, for any threads, failures and earlier runs; and the gathered results.
 #include "aberfit/cases/run_cases.h"
 
 #include <gtest/gtest.h>
@@ -99,7 +98,7 @@ TEST_F(RunCases, GoesOnWhereItWasInterrupted) {
   EXPECT_TRUE(gather_cases(cases_, plan_, known()).is_complete());
 }
 
-// A folder may hold cases of an earlier study: equal ones are taken over, others left alone.
+// A folder may hold cases of an earlier study: equal ones are used, others left alone.
 TEST_F(RunCases, TakesOverEqualCasesOfAnotherStudy) {
   run(height);
   const StudyCases more = study_with(
@@ -132,14 +131,14 @@ TEST_F(RunCases, SayAPointerThatCannotBeMeant) {
     check_pointers(cases, CasePlan(*cases.study().vary, 1, "s.json"));
   };
   check(kForty);
-  check(R"({"over": {"/roughness/psd/rms": ["-1 nm", "1 nm"]}})");  // one of them will do
+  check(R"({"over": {"/roughness/psd/rms": ["-1 nm", "1 nm"]}})");  // one valid value is enough
   EXPECT_THROW(check(R"({"over": {"/roughness/psd/rns": ["1 nm", "2 nm"]}})"), InputError);
   EXPECT_THROW(check(R"({"over": {"/roughness/psd/rms": ["1 s", "2 s"]}})"), InputError);
-  // Two that need each other.
+  // Two values that depend on each other.
   check(R"({"over": {"/aperture/shape": ["annulus"], "/aperture/inner_diameter": ["0.1 m"]}})");
 }
 
-// Hand-out: whoever asks, each case goes to one, in runs of neighbours.
+// Each case goes to one worker, in runs of neighbours.
 TEST(LocalQueue, HandsOutEveryCaseOnce) {
   std::vector<std::size_t> left;
   for (std::size_t k = 0; k < 1000; ++k)
@@ -174,7 +173,7 @@ TEST(Progress, SaysRateAndTimeLeft) {
   EXPECT_EQ(progress_text(10, 100, 0, 100), "10 of 100 cases, 10 s a case, 15 min left");
 }
 
-// A value that was refused once and is allowed now: what was done counts, in either order.
+// A value failed once and is allowed now: the result has priority, in either order.
 TEST(KnownCases, WhatWasDoneCountsBeforeWhatHadFailed) {
   CaseRecord failed, done;
   failed.id = "0", failed.base = done.base = "b", failed.error = "refused";

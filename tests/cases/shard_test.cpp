@@ -1,4 +1,4 @@
-// Shards: what schedulers say, against their manuals' examples; every case in one shard.
+// Shards from the variables of schedulers, against examples in their manuals; every case is in one shard.
 #include "aberfit/cases/shard.h"
 
 #include <gtest/gtest.h>
@@ -32,12 +32,12 @@ TEST(Shard, IsWhatIsAskedOrWhatTheSchedulerSays) {
   expect_shard("array/8", {{"SLURM_ARRAY_TASK_ID", "8"}}, 0, 8);
   expect_shard("array/8", {{"PBS_ARRAY_INDEX", "3"}}, 3, 8);
   expect_shard("array/8", {{"PBS_ARRAYID", "3"}}, 3, 8);
-  expect_shard("", {{"PBS_ARRAY_INDEX", "3"}}, 0, 1);  // PBS does not say how many there are
+  expect_shard("", {{"PBS_ARRAY_INDEX", "3"}}, 0, 1);  // PBS does not give the count
   expect_shard("", {{"SGE_TASK_ID", "undefined"}}, 0, 1);
   expect_shard(
       "", {{"SGE_TASK_ID", "5"}, {"SGE_TASK_FIRST", "1"}, {"SGE_TASK_LAST", "9"}, {"SGE_TASK_STEPSIZE", "2"}},
       2, 5);
-  // A list of numbers, --array=1,3,5,7: two tasks would take one share, and nobody another.
+  // A list of numbers, --array=1,3,5,7: two tasks would take the same shard, and none another.
   EXPECT_THROW(read_shard("", environment({{"SLURM_ARRAY_TASK_ID", "3"},
                                            {"SLURM_ARRAY_TASK_MIN", "1"},
                                            {"SLURM_ARRAY_TASK_MAX", "7"},

@@ -1,4 +1,3 @@
-// Which rows of a chart are flagged.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -37,7 +36,7 @@ TEST(ChartFrontier, HoldsWhatNothingBeats) {
 TEST(ChartFrontier, KeepsBothOfATieAndNeitherOfTwoThatAThirdBeats) {
   EXPECT_EQ(frontier(family({row("a", 1, 0.1), row("b", 1, 0.1)}, 1)), "ab");
   EXPECT_EQ(cheapest(family({row("a", 1, 0.1), row("b", 1, 0.1)}, 1)), "a");
-  // Equally fast, one more accurate; equally accurate, one faster.
+  // Of equally fast rows one is more accurate; of equally accurate rows one is faster.
   EXPECT_EQ(frontier(family({row("a", 1, 0.2), row("b", 1, 0.1), row("c", 2, 0.1)}, 1)), "b");
   EXPECT_EQ(cheapest(family({row("a", 1, 0.2), row("b", 1, 0.1), row("c", 2, 0.1)}, 1)), "b");
   EXPECT_EQ(frontier(family({row("a", 2, 0.2), row("b", 2, 0.2), row("c", 1, 0.1)}, 1)), "c");

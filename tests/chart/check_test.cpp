@@ -1,5 +1,4 @@
-// What `check` says of the cost of a fit, against the fit: the terms that it begins with, its points, and one
-// iteration that is made, not predicted.
+// The cost of a fit by `check` against the fit: its first terms, its points, and one measured iteration.
 #include "aberfit/chart/check.h"
 
 #include <gtest/gtest.h>
@@ -46,13 +45,13 @@ TEST(CheckedCost, IsOfTheFitThatFollows) {
     EXPECT_EQ(report.cost->residuals, Eigen::Index(report.statistics.fitted + report.statistics.guides));
     EXPECT_EQ(report.terms.count, run_fit(study, {}).terms.size());
     EXPECT_FALSE(report.terms.automatic);
-    // Less than the process holds would be no peak.
+    // The present memory of the process is below its peak.
     EXPECT_GT(report.cost->bytes, 1e6);
     EXPECT_LE(report.cost->bytes, peak_memory());
   }
 }
 
-// The order is 1.1 times 2 pi R f_c, written anew, with the cut that the report names.
+// The order is 1.1 times 2 pi R f_c, written anew, with the reported cut.
 TEST(CheckedCost, AutomaticTermsCarryTheBandUpToTheCut) {
   const Study study = study_of("", R"("model": "k-correlation", "rms": "25 nm", "B": "60 mm", "exponent": 3,
       "f_min": "6 /m", "f_max": "2000 /m")");
@@ -60,7 +59,7 @@ TEST(CheckedCost, AutomaticTermsCarryTheBandUpToTheCut) {
   ASSERT_TRUE(report.shares);
   EXPECT_TRUE(report.terms.automatic);
   EXPECT_EQ(report.terms.order, int(std::ceil(1.1 * 2 * std::numbers::pi * 0.1 * report.shares->cut)));
-  EXPECT_FALSE(report.cost);  // not asked for
+  EXPECT_FALSE(report.cost);  // not requested
 }
 
 TEST(CheckedCost, WhatNeedsNoTermHasNoIteration) {

@@ -15,7 +15,7 @@ inline ChartRow row(const std::string& method, double seconds, double error) {
   r.family = "hand-made";
   r.method = method;
   r.parameter = "rays";
-  r.unit = std::string("1");  // of a literal GCC 12 warns falsely
+  r.unit = std::string("1");  // GCC 12 warns falsely of a literal
   r.value = 1024 * (seconds > 0 ? seconds : 1);
   r.seconds = r.seconds_low = r.seconds_high = seconds;
   r.error = r.error_rms = error;

@@ -17,7 +17,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, const cha
 
 double gap(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return (a - b).norm() / b.norm(); }
 
-// By what defines them, for every set that the processor has; sizes that no vector divides.
+// Definitions, for every set of the processor and for sizes that are no multiple of a vector.
 TEST(EigenKernels, MeetTheirDefinitionsOnEveryInstructionSet) {
   for (const InstructionSet set :
        {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {

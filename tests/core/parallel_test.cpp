@@ -1,4 +1,4 @@
-// Every index once, whatever the number of threads, the depth of nesting and what a body throws.
+// Every index runs once, for any number of threads, depth of nesting and exception.
 #include "aberfit/core/parallel.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ bool all_are(const Counts& counts, int wanted) {
   return true;
 }
 
-// Two bodies that wait for each other, so that a thread each has to take them. False after five seconds.
+// Two bodies that wait for each other, so that two threads must take them. False after five seconds.
 class Meeting {
  public:
   bool both_are_here() {
@@ -51,7 +51,7 @@ TEST(ParallelFor, TakesAsManyThreadsAsItMay) {
   EXPECT_EQ(met, 2);
 }
 
-// The team that was asked for has its threads: an inner call works alone, in order.
+// The outer call has the threads, so an inner call runs alone, in order.
 TEST(ParallelFor, NestedRunsEveryIndexOnceOnTheThreadOfItsBody) {
   constexpr std::size_t kOuter = 7, kInner = 50;
   for (const int threads : {1, 2, 4}) {
@@ -124,7 +124,7 @@ TEST(ParallelFor, AnExceptionOfANestedBodyReachesTheOutermostCaller) {
                             }),
                std::runtime_error);
   EXPECT_TRUE(all_are(counts, 1));
-  // The caller is out of the team again: its next call has two threads.
+  // The caller has left the team, so its next call has two threads.
   Meeting meeting;
   std::atomic<int> met = 0;
   parallel_for(2, 2, [&](std::size_t) { met += meeting.both_are_here(); });

@@ -25,7 +25,7 @@ TEST(LegendrePolynomials, AreTheClosedFormsAndOrthogonalUnderTheirRule) {
   const Eigen::ArrayXXd& p = rule.polynomials;
   EXPECT_LT((p.col(2) - (1.5 * t.square() - 0.5)).abs().maxCoeff(), 1e-15);
   EXPECT_LT((p.col(3) - (2.5 * t.cube() - 1.5 * t)).abs().maxCoeff(), 1e-15);
-  // int P_l P_m = 2/(2l+1) if l = m, else 0: degree 2 kCount - 2, which the rule integrates exactly.
+  // int P_l P_m = 2/(2l+1) if l = m, else 0. The rule integrates degree 2 kCount - 2 exactly.
   const Eigen::MatrixXd gram = p.matrix().transpose() * rule.weights.matrix().asDiagonal() * p.matrix();
   for (int l = 0; l < kCount; ++l)
     for (int m = 0; m < kCount; ++m) EXPECT_NEAR(gram(l, m), l == m ? 2.0 / (2 * l + 1) : 0, 1e-14);

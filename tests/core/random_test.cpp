@@ -16,8 +16,9 @@
 namespace aberfit {
 namespace {
 
-// Philox4x64-10 written anew from Salmon, Moraes, Dror and Shaw, Parallel Random Numbers: As Easy as 1, 2, 3
-// (2011), section 3.3: ten rounds of two multiplications, the key moved on by two Weyl sequences in between.
+// Philox4x64-10 written independently from Salmon, Moraes, Dror and Shaw, Parallel Random Numbers: As Easy as
+// 1, 2, 3 (2011), section 3.3. It has ten rounds of two multiplications, and two Weyl sequences change the
+// key in between.
 using Words = std::array<std::uint64_t, 4>;
 struct Product {
   std::uint64_t high, low;
@@ -37,10 +38,10 @@ Words philox(Words c, std::array<std::uint64_t, 2> key) {
   return c;
 }
 
-// FNV-1a with 64 bits, by its values for known words (Fowler, Noll, Vo, Eastlake, draft-eastlake-fnv).
+// 64-bit FNV-1a values of known words (Fowler, Noll, Vo, Eastlake, draft-eastlake-fnv).
 constexpr std::uint64_t kHashOfNothing = 0xcbf29ce484222325, kHashOfFoobar = 0x85944171f73967e8;
 
-// The lines "philox4x64 10" of the file kat_vectors that comes with Random123.
+// The lines "philox4x64 10" of the file kat_vectors in Random123.
 TEST(RandomStream, TheTwinOfTheseTestsHasThePublishedVectors) {
   const std::uint64_t ones = ~std::uint64_t(0);
   EXPECT_EQ(philox({}, {}),
@@ -58,14 +59,14 @@ TEST(RandomStream, IsPhiloxOfIndexSeedAndName) {
     std::string_view name;
     std::uint64_t hash;
   };
-  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();  // of log, root, cos and product
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();  // log, root, cos
   for (const Named& named : {Named{"", kHashOfNothing}, Named{"foobar", kHashOfFoobar}})
     for (const std::uint64_t seed : {std::uint64_t(0), std::uint64_t(1), ~std::uint64_t(0)}) {
       const RandomStream stream(seed, named.name);
       for (const std::uint64_t index : {std::uint64_t(0), std::uint64_t(1), std::uint64_t(1) << 40}) {
         const Words words = philox({index, 0, 0, 0}, {seed, named.hash});
         EXPECT_EQ(stream.bits(index), words[0]);
-        // The middles of 2^53 cells.
+        // The centres of 2^53 intervals.
         const long double u = (static_cast<long double>(words[0] >> 11) + 0.5L) * 0x1p-53L,
                           v = (static_cast<long double>(words[1] >> 11) + 0.5L) * 0x1p-53L;
         EXPECT_EQ(stream.uniform_pair(index), (std::array<double, 2>{double(u), double(v)}));
@@ -80,8 +81,7 @@ TEST(RandomStream, IsPhiloxOfIndexSeedAndName) {
     }
 }
 
-// Numbers of two streams of the program, from Python's integers and math module. Whoever changes them changes
-// every result of every study.
+// Numbers of two streams, computed with Python. A change of them changes every result of every study.
 TEST(RandomStream, NamedStreamsKeepTheirNumbers) {
   const RandomStream draw(1, "coefficient-draw"), scramble(20240229, "sobol-scramble");
   EXPECT_EQ(draw.bits(0), 0x18da0678b6758e4fu);
@@ -117,7 +117,7 @@ TEST(RandomStream, ManyNormalsAreThoseOfOneAfterTheOther) {
   }
 }
 
-// The ends of (0, 1): numbers that 53 bits can hold there, and those beside 1, where the logarithm is small.
+// The ends of (0, 1): numbers that 53 bits can hold there, and those next to 1, where the logarithm is small.
 TEST(RandomStream, BoxMullerIsRightAtTheEnds) {
   for (const InstructionSet set :
        {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {

@@ -28,7 +28,7 @@ TEST(FirstCrossing, IsTheNearestOneThatTheStepsSee) {
   EXPECT_NEAR(first_crossing(cosine, 0, 1, 0.3, 100), kPi / 2, 4e-15);
   EXPECT_NEAR(first_crossing(cosine, 0, 1, -0.3, 100), -kPi / 2, 4e-15);
   EXPECT_TRUE(std::isnan(first_crossing(cosine, 0, 1, 0.3, 1.5)));
-  // Steps of a whole turn see nothing of the turns between.
+  // Steps of a full period miss the crossings in between.
   EXPECT_TRUE(std::isnan(first_crossing(cosine, 0, 1, kTwoPi, 100)));
 }
 

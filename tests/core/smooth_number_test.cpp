@@ -5,7 +5,7 @@
 namespace aberfit {
 namespace {
 
-// By the definition: every divisor above `largest` that is prime.
+// Direct definition: checks every prime divisor above `largest`.
 bool has_larger_prime_factor(int n, int largest) {
   for (int p = largest + 1; p <= n; ++p) {
     bool prime = true;

@@ -15,11 +15,10 @@ namespace {
 struct Case {
   const char* text;
   Dimension dimension;
-  double si;  // written by hand as a decimal literal: the double a program would have
+  double si;  // decimal literal: the double that a program would have
 };
 
-// Decimal units: the result is the very double of the SI literal. (254 * 1e-4 and the like round twice: see
-// the next test.)
+// Decimal units give exactly the double of the SI literal. 254 * 1e-4 rounds twice; see the next test.
 TEST(ParseQuantity, DecimalUnitsGiveTheDoubleOfTheSiLiteral) {
   const std::vector<Case> cases = {
       {"632.8 nm", Dimension::kLength, 632.8e-9},
@@ -98,7 +97,7 @@ TEST(ParseQuantity, UnitsWrittenInFullAndAngstromsAreKnown) {
   for (const Case& c : cases) EXPECT_EQ(parse_quantity(c.text, c.dimension), c.si) << c.text;
   for (const char* inch : {"2 inch", "2 Inches", "2 in"})
     EXPECT_NEAR(parse_quantity(inch, Dimension::kLength), 0.0508, 1e-17) << inch;
-  // Symbols keep their case, and words are whole.
+  // Symbols keep their case, and words must be complete.
   for (const char* wrong : {"1 MM", "1 Nm", "1 A", "1 micro", "1 meterss", "1 inc", "1 ss"})
     EXPECT_THROW(parse_quantity(wrong, Dimension::kLength), UnitError) << wrong;
 }
@@ -152,7 +151,7 @@ TEST(ParseQuantity, RefusesAndSaysWhatIsAllowed) {
       {"3 m", Dimension::kNumber, "none is allowed"},
       {"60", Dimension::kTime, "s, min, h"},
       {"60 m", Dimension::kTime, "s, min, h"},
-      // Powers that no int holds, or no double.
+      // Powers that do not fit into an int or a double.
       {"2 /mm^-2147483648", Dimension::kSpatialFrequency, "/mm"},
       {"2 mm^5", Dimension::kPsd2d, "2-D"},
       {"2 m^4 (((in^4)^4)^4)^4/(((m^4)^4)^4)^4", Dimension::kPsd2d, "2-D"},
@@ -174,7 +173,7 @@ struct CommaDecimals : std::numpunct<char> {
   char do_decimal_point() const override { return ','; }
 };
 
-// Both the C++ locale (always) and the C locale (where a comma locale is installed) are changed.
+// Changes both the C++ locale (always) and the C locale (where a comma locale is installed).
 TEST(ParseQuantity, IgnoresTheLocale) {
   const std::string c_before = std::setlocale(LC_ALL, nullptr);
   const std::locale before = std::locale::global(std::locale(std::locale::classic(), new CommaDecimals));
@@ -195,7 +194,7 @@ TEST(UnitFactor, IsAPositiveNumberOrRefused) {
   for (const char* unit : {"m^4 (((in^4)^4)^4)^4/(((m^4)^4)^4)^4", "m^4 (((pm^4)^4)^4)^4/(((m^4)^4)^4)^4",
                            "m^4 (((m^4)^4)^4)^4/(((pm^4)^4)^4)^4"})
     EXPECT_THROW(unit_factor(unit, Dimension::kPsd2d), UnitError) << unit;
-  std::string product = "m^4";  // its power of ten would leave an int
+  std::string product = "m^4";  // its power of ten does not fit into an int
   for (int i = 0; i < 200'000; ++i) product += "(((pm^4)^4)^4)^4";
   EXPECT_THROW(unit_factor(product, Dimension::kPsd2d), UnitError);
   EXPECT_EQ(unit_factor("m^4 ((km)^4)^4/((m)^4)^4", Dimension::kPsd2d), 1e48);

@@ -45,12 +45,11 @@ std::vector<Statistic> dozen() {
 TEST(CalibrateSpeed, FiveStatisticsOfAnotherDrawTakeAFewIterations) {
   constexpr int kPairs = 20;
   constexpr double kTolerance = 1e-3;  // relative
-  // The exact statistics differ from the smooth ones by the rays that happen to lie within the kernel:
-  // c sqrt(2 w p N) / (p N) of a focal sigma with w = 0.02, p = 0.5 (density per sigma), N = 15,000 and
-  // c^2 = 0.1 (variance left by the kernel), 5e-4; three of that on top of half a tolerance. Largest seen
-  // 1.3e-3.
+  // The exact statistics differ from the smooth ones by the rays within the kernel: c sqrt(2 w p N) / (p N)
+  // of a focal sigma. With w = 0.02, p = 0.5 (density per sigma), N = 15,000 and c^2 = 0.1 (variance left by
+  // the kernel) that is 5e-4. The tolerance is three of that plus half a tolerance; largest seen 1.3e-3.
   constexpr double kExactTolerance = 2e-3;
-  constexpr double kSeconds = 0.4;  // ten times what an idle core takes
+  constexpr double kSeconds = 0.4;  // ten times the time on an idle core
   const FitScene scene(20, {}, 15000, PupilLayout::kRandom, 1.0, 2.5, 19.96);
   const std::vector<Statistic> statistics = {EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 0},
                                              EncircledEnergyRadius{0.9, 0}, RmsRadius{0}, RingFwhm{}};
@@ -117,17 +116,17 @@ TEST(CalibrateSpeed, TenThousandTermsNeedNoSquareMatrix) {
 }
 
 TEST(Calibrate, ReachesTheSameMinimumInFewUnknownsAsInAll) {
-  // Bounds far away make the solver take all coefficients as unknowns.
+  // Bounds far away make the solver use all coefficients as unknowns.
   const FitScene scene(8, {}, 4000, PupilLayout::kSobol);
   FitOptions few, all;
   few.stop_at = all.stop_at = 0;
   few.smoothing = all.smoothing = {0.3};
   few.max_iterations = all.max_iterations = 300;
   all.bound = 1e3;
-  // Near their starts: without that both creep along valleys for hundreds of iterations.
+  // The prior keeps both near their starts; otherwise they creep along valleys for hundreds of iterations.
   for (const std::uint64_t seed : {6u, 7u, 8u}) {
-    // Two that contradict each other, so that no point meets all tolerances and the solver runs to the
-    // minimum; their equal rows of the Jacobian are one direction less than there are statistics.
+    // Two targets contradict each other, so that no point meets all tolerances and the solver runs to the
+    // minimum. Their equal rows of the Jacobian are one direction fewer than there are statistics.
     const EncircledEnergyRadius median{0.5, 0};
     std::vector<Target> targets =
         targets_of_draw(scene, {median, median, EncircledEnergyRadius{0.9, 0}, ScatterRms{}}, 5, 0.05);
@@ -135,9 +134,9 @@ TEST(Calibrate, ReachesTheSameMinimumInFewUnknownsAsInAll) {
     const FitProblem problem = scene.problem(targets);
     const Eigen::VectorXd start = draw_white(scene.prior.size(), seed);
     const FitResult a = calibrate(problem, start, few), b = calibrate(problem, start, all);
-    // Both stop at a relative change of the cost below 1e-9; steps that shrink by 1e-4 a time would still
-    // have 1e-5 before them. Largest seen 1.1e-6, the cost in few unknowns being the lower one; the distance
-    // is the square root of that times the conditioning of the valley.
+    // Both stop at a relative change of the cost below 1e-9; steps that shrink by 1e-4 each would still leave
+    // 1e-5. Largest seen 1.1e-6, with the lower cost in few unknowns. The distance is the square root of that
+    // times the conditioning of the valley.
     EXPECT_EQ(a.status, FitStatus::kConverged) << a.message;
     EXPECT_EQ(b.status, FitStatus::kConverged) << b.message;
     EXPECT_NEAR(a.final_cost / b.final_cost, 1.0, 1e-5) << seed;
@@ -165,7 +164,7 @@ TEST(StatisticsModel, RemembersATraceWithoutChangingABit) {
   EXPECT_TRUE(again == values);
   EXPECT_TRUE(jacobian_again == jacobian);
 
-  // The definition: one adjoint pass per statistic.
+  // The definition is one adjoint pass per statistic.
   SurfaceField field;
   scene.surface.apply(scene.prior.colour(here), &field);
   const RayBundle nominal = trace_nominal(scene.mirror, scene.pupil),

@@ -48,14 +48,14 @@ TEST(Calibrate, MeetsTargetsOfAnotherDrawAndStaysNearItsStart) {
   EXPECT_TRUE(within_tolerance(problem, result, options.stop_at)) << result.message;
   EXPECT_GT(calls, 2);
   EXPECT_LT(result.final_cost, result.initial_cost);
-  // Nearer than a fresh draw, which is sqrt(2 P) away.
+  // Nearer than an independent realisation, which is sqrt(2 P) away.
   EXPECT_LT((result.white - start).norm(), std::sqrt(2.0 * double(start.size())));
   EXPECT_GT(result.rank, 0);
   EXPECT_LE(result.rank, int(problem.targets.size()));
   EXPECT_GE(result.null_directions, int(scene.terms.size() - Eigen::Index(problem.targets.size())));
 }
 
-// The mean-square radius in the focus is that of the angles times f^2: three times one is never the other.
+// The mean-square radius in the focus is that of the angles times f^2, so a factor of three cannot be met.
 TEST(Calibrate, OfTargetsThatContradictEachOtherIsNotConverged) {
   const FitScene scene(4, {}, 4096, PupilLayout::kPolar);
   const double sigma = scene.focal_sigma;

@@ -11,8 +11,8 @@
 
 namespace aberfit {
 
-/// f/7 parabola of 0.4 m in red light with plane waves that sample a PSD of the given g = 4 pi sigma/lambda,
-/// on the points of a diffraction pupil `cells` across.
+/// f/7 parabola of 0.4 m at 632.8 nm, on the points of a diffraction pupil `cells` across. Plane waves sample
+/// a PSD of the given g = 4 pi sigma/lambda.
 struct DiffractedScene {
   Mirror mirror{2.8, -1, {}};
   Aperture aperture = CircleAperture{0.4};
@@ -39,7 +39,7 @@ struct DiffractedScene {
   static TermSet terms_of(const RadialPsd& psd, int modes) {
     TermSet terms;
     terms.radius = 0.2;
-    // About so many: the area of half the ring over that of a cell.
+    // The number of waves is about the area of half the ring over that of a grid cell.
     terms.fourier_pitch =
         std::sqrt(0.5 * std::numbers::pi * (std::pow(psd.f_max(), 2) - std::pow(psd.f_min(), 2)) / modes);
     terms.fourier = fourier_lattice(psd, terms.fourier_pitch);

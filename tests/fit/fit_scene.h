@@ -22,7 +22,7 @@ struct FitScene {
         terms(make_terms(n_max, std::move(spherical))),
         surface(terms, pupil.x, pupil.y, 1),
         prior(prior_of(terms, scale, f_min, f_max)) {
-    // Scale of the spot: RMS radius of a draw over sqrt 2.
+    // Scale of the spot: RMS radius of a realisation over sqrt 2.
     SurfaceField field;
     surface.apply(prior.colour(draw_white(prior.size(), 1)), &field);
     const RayBundle rays_of_draw = trace(mirror, pupil, field);

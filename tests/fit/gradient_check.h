@@ -8,8 +8,8 @@
 
 namespace aberfit {
 
-/// Largest difference of the Jacobian of the only residual and Ridders differences of it, over the largest
-/// derivative. `step`: of the white coordinates.
+/// Largest difference between the Jacobian of the residual and its Ridders differences, over the largest
+/// derivative. step: of the white coordinates.
 inline double gradient_error(const internal::WhiteResiduals& residual, const Eigen::VectorXd& white,
                              double step) {
   ceres::NumericDiffOptions how;

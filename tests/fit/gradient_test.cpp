@@ -10,8 +10,7 @@ using namespace aberfit::internal;
 
 namespace {
 
-// Every kind of statistic, in and out of focus.
-// Planes follow the spot, so that a small spot is not lost in the defocus.
+// Every kind of statistic, in and out of focus. Planes follow the spot; defocus would hide a small one.
 std::vector<Statistic> every_statistic(double focal_sigma) {
   const double dz = 2.8 / 0.2 * focal_sigma;
   return {EncircledEnergyRadius{0.2, 0},
@@ -42,8 +41,8 @@ std::vector<Target> targets_of(const std::vector<Statistic>& statistics, const F
   return targets;
 }
 
-// Ridders differences of every residual against the analytic Jacobian.
-// `size`: scale of the coordinates in draws, to which the steps are kept small.
+// Ridders differences of every residual against the analytic Jacobian. size: scale of the coordinates in
+// prior standard deviations, which limits the steps.
 void check_gradient(const FitScene& scene, const Eigen::VectorXd& white, double size, double width,
                     double precision) {
   const std::vector<Target> targets = targets_of(every_statistic(scene.focal_sigma), scene);
@@ -63,7 +62,7 @@ void check_gradient(const FitScene& scene, const Eigen::VectorXd& white, double 
     ceres::GradientChecker::ProbeResults results;
     checker.Probe(blocks.data(), precision, &results);
     ASSERT_TRUE(results.return_value) << statistic_name(target.statistic);
-    // Compared on the scale of the whole gradient: single entries may vanish.
+    // The scale is that of the whole gradient, because single entries may vanish.
     double largest = 0, error = 0;
     for (std::size_t b = 0; b < results.jacobians.size(); ++b) {
       largest = std::max(largest, results.jacobians[b].cwiseAbs().maxCoeff());
@@ -74,8 +73,7 @@ void check_gradient(const FitScene& scene, const Eigen::VectorXd& white, double 
   }
 }
 
-// The kernel has three continuous derivatives, so differences of its sums over some hundred rays are good to
-// about 1e-6.
+// The kernel has three continuous derivatives, so differences over some hundred rays are accurate to 1e-6.
 constexpr double kPrecision = 5e-6;
 
 }  // namespace
@@ -93,8 +91,8 @@ TEST(FocusResiduals, GradientsHoldAtAThousandthOfADraw) {
 }
 
 TEST(FocusResiduals, GradientsHoldWithARayThroughTheCentreAndTiedRadii) {
-  // A polar pupil and a rotationally symmetric surface: every ring of rays is tied, to rounding; one more ray
-  // runs along the axis.
+  // With a polar pupil and a surface of revolution every ring of rays is tied. One more ray runs along the
+  // axis.
   FitScene scene(4, {4}, 1200, PupilLayout::kPolar);
   const Eigen::Index n = scene.pupil.size();
   for (Eigen::ArrayXd* values : {&scene.pupil.x, &scene.pupil.y, &scene.pupil.weight})

@@ -127,7 +127,7 @@ HeightMap zygo_map(const std::string& path) {
   return map;
 }
 
-// Origin at the centroid of the valid points; gives the distance of the farthest one.
+// Moves the origin to the centroid of the valid points; returns the distance of the farthest one.
 double centre(HeightMap* map) {
   double x = 0, y = 0, count = 0, radius = 0;
   const auto each = [map](const auto& visit) {
@@ -170,8 +170,8 @@ struct DenseFit {
 
   Eigen::VectorXd coefficients() const { return solution.tail(solution.size() - 3); }
 
-  /// Standard deviation by which coefficients move when a share of the points is lost at random: point i adds
-  /// influence_i residual_i, and losing it is a Bernoulli draw; to first order.
+  /// Standard deviation of the coefficients when each point is lost with probability `share`. Point i adds
+  /// influence_i residual_i, and its loss is a Bernoulli variable; to first order.
   Eigen::VectorXd std_of_loss(double share) const {
     const Eigen::MatrixXd inverse =
         solve_symmetric(design.transpose() * design,
@@ -231,9 +231,9 @@ TEST(MapFit, SaysWhenSphericalPowersRepeatTheZernikes) {
   EXPECT_EQ(fit.rank, terms.size() - 2);
   EXPECT_TRUE(std::any_of(fit.warnings.begin(), fit.warnings.end(),
                           [](const Warning& warning) { return warning.code == "m0-overlap"; }));
-  EXPECT_LE(fit.rms_held_out, 1e-11 * fit.rms_map);  // the surface is right whatever its names
-  // Least norm: orthogonal to what a power less its Zernikes is. rho^4 = sum of P_k(2 rho^2 - 1) by hand:
-  // rho^4 = 1/3 + Z20 / (2 sqrt 3) + Z40 / (6 sqrt 5), with Z20 = sqrt3 (2 rho^2 - 1) and so on.
+  EXPECT_LE(fit.rms_held_out, 1e-11 * fit.rms_map);  // for any split between dependent terms
+  // The solution of least norm is orthogonal to a power minus its Zernikes. By hand: rho^4 = 1/3 + Z20 / (2
+  // sqrt 3) + Z40 / (6 sqrt 5), with Z20 = sqrt3 (2 rho^2 - 1) and so on.
   Eigen::VectorXd null = Eigen::VectorXd::Zero(terms.size());
   for (std::size_t j = 0; j < terms.zernike.size(); ++j) {
     if (terms.zernike[j] == ZernikeMode{2, 0}) null[Eigen::Index(j)] = -1 / (2 * std::sqrt(3.0));
@@ -244,8 +244,7 @@ TEST(MapFit, SaysWhenSphericalPowersRepeatTheZernikes) {
   EXPECT_LT(fit.coefficients.norm(), truth.norm());
 }
 
-// A surface that lacks one astigmatism leaves it as residual, which points share by the dozen; white noise
-// they do not share at all.
+// Without one astigmatism the residual is shared by dozens of neighbouring points; white noise is not.
 TEST(MapFit, SaysWhenResidualsHoldNoMoreIndependentPointsThanItsTerms) {
   TermSet terms;
   terms.radius = 1;
@@ -267,7 +266,7 @@ TEST(MapFit, SaysWhenResidualsHoldNoMoreIndependentPointsThanItsTerms) {
   const MapFitResult shared = fit_map(smooth, terms), own = fit_map(rough, terms);
   ASSERT_NE(few(shared), shared.warnings.end()) << shared.independent_points;
   EXPECT_NE(few(shared)->message.find("independent points"), std::string::npos) << few(shared)->message;
-  EXPECT_LT(shared.independent_points, double(terms.size()) + 4);  // piston and tilts are fitted along
+  EXPECT_LT(shared.independent_points, double(terms.size()) + 4);  // piston and tilts are fitted as well
   EXPECT_EQ(few(own), own.warnings.end());
   EXPECT_GT(own.independent_points, 10 * double(terms.size()));
 }
@@ -290,7 +289,7 @@ TEST(MapFit, NeverSeesThePointsKeptBack) {
   MapFitOptions options;
   options.held_out = 0.3;
   const MapFitResult first = fit_map(map, terms, options);
-  // The same share for the same seed, and what those points hold changes nothing but their own residual.
+  // The same seed holds out the same points, and their values change only their own residual.
   const RandomStream stream(options.seed, "map-fit-held-out");
   Eigen::Index changed = 0;
   for (Eigen::Index at = 0; at < map.height.size(); ++at)
@@ -308,7 +307,7 @@ TEST(MapFit, NeverSeesThePointsKeptBack) {
 
 namespace {
 
-// The whole map, every point alike, so that one dense matrix is the same problem.
+// The whole map with equal weights, so that one dense matrix is the same problem.
 MapFitOptions all_points() {
   MapFitOptions options;
   options.held_out = 0;
@@ -349,11 +348,11 @@ TEST_F(MapFitOnRealData, AgreesWithOneDenseMatrix) {
 }
 
 TEST_WITH_SHORT_FORM(MapFit, MovesByTheSamplingErrorOfTheLostPointsOnly) {
-  // 30 % of the points lost at random, 20 times: Noll 4..11 move by what losing those residuals, largest at
-  // the turned-down rim, costs any least-squares fit.
+  // 30 % of the points are lost at random, 20 times. Noll 4..11 change as much as in any least-squares fit
+  // that loses these residuals, which are largest at the turned-down rim.
   constexpr int kSeeds = 20;
   constexpr double kLost = 0.3;
-  constexpr double kLooks = 4.5;  // standard deviations: 1e-3 that one of 160 independent looks exceeds it
+  constexpr double kLooks = 4.5;  // standard deviations: probability 1e-3 for one of 160 values
   HeightMap all = made_map();
   const double radius = centre(&all);
   const MapFitOptions options = all_points();
@@ -379,15 +378,15 @@ TEST_WITH_SHORT_FORM(MapFit, MovesByTheSamplingErrorOfTheLostPointsOnly) {
         "largest single move %.4f nm; expected std at most %.4f nm\n",
         last, 1e9 * std::sqrt(squares.mean()), kSeeds, 1e9 * std::sqrt(squares.maxCoeff()), 1e9 * worst,
         1e9 * expected.maxCoeff());
-    EXPECT_NEAR(std::sqrt(score), 1, 0.25);  // 4 standard errors of 160 looks are 0.22
+    EXPECT_NEAR(std::sqrt(score), 1, 0.25);  // 4 standard errors of 160 values are 0.22
   }
 }
 
 void expect_hardly_a_move(const std::string& path, int seeds) {
-  // 30 % of the points lost at random, again and again. The interferogram's rim is turned down by 300 nm
-  // along a ragged edge; inside 95 % of its circle (terms to Noll 36) and 90 % (any) each of Noll 4..11 stays
-  // within 0.1 nm, because the neighbours of a lost point stand in for it. Seen: 0.07 nm and 0.04 nm; 0.21
-  // and 0.12 nm with all points alike; on the whole circle, rim and all, 0.3 nm either way.
+  // 30 % of the points are lost at random, repeatedly. The interferogram's rim is turned down by 300 nm along
+  // a ragged edge. Tested are 95 % of its circle (terms to Noll 36) and 90 % (any). Each of Noll 4..11
+  // changes by less than 0.1 nm there, because the neighbours of a lost point replace it. Seen: 0.07 nm and
+  // 0.04 nm; with equal weights 0.21 nm and 0.12 nm.
   HeightMap whole = zygo_map(path);
   const Circle circle = enclosing_circle(whole);
   move_origin(&whole, circle.x, circle.y);
@@ -423,9 +422,8 @@ TEST_F(FullStatisticsOnRealData, HardlyMovesWhenPointsOfTheClearApertureDropOut)
 }
 
 TEST(MapFit, GivesHolesToTheirNeighbours) {
-  // 9 x 9 points, the middle one lost. Each of its eight neighbours then carries 1 + 1/8, so a single height
-  // of 1 nm beside the hole weighs (1 + 1/8)/81 in the mean, against 1/80 where all points count alike. Tilts
-  // are fitted along, and odd: they leave the mean alone.
+  // 9 x 9 points without the middle one. Each of its eight neighbours carries 1 + 1/8, so a height of 1 nm
+  // beside the hole weighs (1 + 1/8)/81 in the mean, against 1/80 for equal weights.
   HeightMap map;
   map.height = Grid::Zero(9, 9);
   map.pitch_x = map.pitch_y = 0.1;
@@ -437,16 +435,15 @@ TEST(MapFit, GivesHolesToTheirNeighbours) {
   terms.zernike = {{0, 0}};
   MapFitOptions options;
   options.held_out = 0;
-  // Piston and tilts are fitted together; by symmetry the tilt does not change the mean of the weighted
-  // heights about the axis.
+  // Tilts are fitted as well; by symmetry they do not change the mean of the weighted heights about the axis.
   const double piston = fit_map(map, terms, options).coefficients[0];
   EXPECT_NEAR(piston, 1e-9 * (1 + 1.0 / 8) / 81, 1e-13);
   options.weighting = MapWeighting::kPoints;
   EXPECT_NEAR(fit_map(map, terms, options).coefficients[0], 1e-9 / 80, 1e-13);
 }
 
-// The sum of products over all lags is the square of the sum: n equal residuals in a block are n neighbours
-// of each other, whatever the block's form.
+// The sum of products over all lags is the square of the sum: n equal residuals have n neighbours in any
+// block.
 TEST(CorrelatedNeighbours, OfABlockOfEqualResidualsAreItsPoints) {
   struct Block {
     int rows, columns;
@@ -462,7 +459,7 @@ TEST(CorrelatedNeighbours, OfABlockOfEqualResidualsAreItsPoints) {
 }
 
 TEST(MapFit, StandardDeviationsCoverCorrelatedNoise) {
-  // White noise smoothed by a Gaussian of w pixels: autocorrelation exp(-d^2 / (4 w^2)).
+  // White noise smoothed by a Gaussian of w pixels has the autocorrelation exp(-d^2 / (4 w^2)).
   constexpr int kSide = 144, kReach = 8, kMaps = 60;
   constexpr double kWidth = 2, kNoise = 5e-9;
   TermSet terms;
@@ -490,7 +487,7 @@ TEST(MapFit, StandardDeviationsCoverCorrelatedNoise) {
     sum += ((fit.coefficients - truth).array() / fit.coefficient_std.array()).square().mean() / kMaps;
     neighbours += double(fit.points) / fit.independent_points / kMaps;
   }
-  // 90 % of the points are fitted, so of the neighbours of one point 90 % count.
+  // 90 % of the points are fitted, so 90 % of the neighbours of a point count.
   const double expected = 1 + 0.9 * (4 * std::numbers::pi * kWidth * kWidth - 1);
   std::printf("z-scores: std %.3f; correlated neighbours %.2f, from the known autocorrelation %.2f\n",
               std::sqrt(sum), neighbours, expected);
@@ -500,7 +497,7 @@ TEST(MapFit, StandardDeviationsCoverCorrelatedNoise) {
 
 namespace {
 
-// What a map adds to the terms that are fitted, in metres, at every point of the grid.
+// Heights [m] added to the fitted terms at every point of the grid.
 using Addition = std::function<Grid(std::uint64_t seed, const HeightMap& map)>;
 
 Grid white_noise(std::uint64_t seed, const HeightMap& map) {
@@ -517,7 +514,7 @@ Addition roughness(const PsdModel& model) {
   };
 }
 
-// A few aberrations of the orders next beyond, under white noise.
+// A few aberrations of the next orders, with white noise.
 Grid figure_and_noise(std::uint64_t seed, const HeightMap& map) {
   Grid heights = white_noise(seed, map);
   const RandomStream stream(seed, "map-fit-std-figure");
@@ -531,7 +528,7 @@ Grid figure_and_noise(std::uint64_t seed, const HeightMap& map) {
 }
 
 struct Coverage {
-  double inside = 0;  // share of the 95 % intervals that hold the truth
+  double inside = 0;  // fraction of the 95 % intervals that contain the truth
   double z = 0;       // root mean square of error over standard deviation
 };
 
@@ -548,7 +545,7 @@ Coverage coverage(int n_max, const Addition& add, const Inside& inside, int maps
     for (Eigen::Index i = 0; i < kSide; ++i)
       for (Eigen::Index k = 0; k < kSide; ++k)
         if (inside(map.x(k), map.y(i))) map.height(i, k) = heights(i, k);
-    // What is added has none of the terms: their coefficients are errors.
+    // The added heights contain none of the terms, so their coefficients are errors.
     const MapFitResult fit = fit_map(map, terms);
     const Eigen::ArrayXd z = fit.coefficients.array() / fit.coefficient_std.array();
     result.inside += double((z.abs() < 1.96).count()) / double(z.size() * maps);
@@ -560,19 +557,19 @@ Coverage coverage(int n_max, const Addition& add, const Inside& inside, int maps
 
 }  // namespace
 
-// Their 95 % intervals hold the truth in about 95 % of the draws: of white noise, of roughness that is level
-// up to beyond the terms (k-correlation with its knee there), of roughness beyond the terms alone, and of
-// single aberrations left over, on discs and on masks where Zernikes are not orthogonal.
+// About 95 % of the 95 % intervals contain the truth. The cases are white noise, roughness constant up to
+// beyond the terms (k-correlation with its knee there), roughness beyond the terms alone, and single residual
+// aberrations. They include masks on which Zernikes are not orthogonal.
 TEST(MapFit, StandardDeviationsAreTheErrorsThatCoefficientsHave) {
   struct Scene {
     const char* name;
     int n_max;
     Addition add;
     Inside inside;
-    double least, most;  // of the share inside
+    double least, most;  // of `Coverage::inside`
   };
   constexpr int kMaps = 16;
-  // Of 12 terms in 16 maps the share is known to 1.6 %, of one map's common scale to 2 % more.
+  // 12 terms in 16 maps give the fraction to 1.6 %; the common scale of a map adds 2 %.
   const Scene scenes[] = {
       {"noise on a disc", 4, white_noise, in_circle, 0.90, 0.99},
       {"noise on an annulus", 8, white_noise, in_annulus, 0.90, 0.99},
@@ -649,14 +646,14 @@ TEST_WITH_SHORT_FORM(MapFit, TakesLittleTime) {
   for (const auto& [last, limit] :
        aberfit::test::all_or_few(whole, std::vector{std::pair{39, 1.0}, std::pair{234, 5.0}}, {0})) {
     const TermSet terms = noll_terms(last, radius);
-    const std::clock_t begin = std::clock();  // processor time: other programs do not count
+    const std::clock_t begin = std::clock();  // processor time is independent of other programs
     const MapFitResult fit = fit_map(map, terms);
     const double seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
     std::printf("%lld terms, %lld points: %.2f s\n", static_cast<long long>(terms.size()),
                 static_cast<long long>(fit.points), seconds);
     EXPECT_EQ(fit.status, MapFitResult::Status::kConverged);
     if (!test::kSanitized) {
-      EXPECT_LT(seconds, 4 * limit);  // a busy or slower machine is no failure
+      EXPECT_LT(seconds, 4 * limit);  // allows for a busy or slower machine
     }
   }
 }

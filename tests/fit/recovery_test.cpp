@@ -23,7 +23,7 @@ std::vector<Statistic> two_dozen(double unit) {
 }
 
 constexpr double kWidth =
-    0.3;  // kernel half-width of focal_sigma; truth and fit share it, so it is no error here
+    0.3;  // kernel half-width [focal_sigma]; the same for truth and fit, so it causes no error
 constexpr double kNoise = 1e-2;  // relative standard deviation of the data
 constexpr double kNormal95 = 1.959963984540054;
 
@@ -39,16 +39,16 @@ Eigen::VectorXd smooth_values(const FitScene& scene, const std::vector<Statistic
   return exists ? values : Eigen::VectorXd();
 }
 
-// Trials with truth from the zero-mean prior and 24 noisy statistics; how often the 95 % interval of a
-// predicted statistic holds the noise-free one. `starts`: white coordinates of the tries, given the truth and
-// a stream; the cheapest minimum counts.
+// Trials with truth from the zero-mean prior and 24 noisy statistics. Returns how often the 95 % interval of
+// a predicted statistic contains the noise-free one. starts: gives the white coordinates of the starts for a
+// truth and a stream; the cheapest minimum counts.
 template <typename Starts>
 double coverage(const FitScene& scene, std::size_t trials, const Starts& starts) {
   const std::vector<Statistic> statistics = two_dozen(2.8 * scene.focal_sigma / 0.2);
   std::vector<int> covered(trials, 0);
   parallel_for(trials, 2, [&](std::size_t trial) {
     const RandomStream stream(trial, "recovery");
-    // A draw without a half maximum of its ring profile is no focus and no truth: draw again.
+    // A realisation without a half maximum of its ring profile has no focus and is replaced.
     Eigen::VectorXd truth, exact;
     for (std::uint64_t redraw = 0; exact.size() == 0; ++redraw) {
       truth = draw_white(scene.prior.size(), stream.bits(1000 + redraw));
@@ -63,7 +63,7 @@ double coverage(const FitScene& scene, std::size_t trials, const Starts& starts)
     FitOptions options;
     options.prior = PriorMode::kZeroMean;
     options.smoothing = {kWidth};
-    options.stop_at = 0;  // to the minimum
+    options.stop_at = 0;  // runs to the minimum
     options.max_iterations = 60;
     FitResult best;
     for (const Eigen::VectorXd& start : starts(truth, stream)) {
@@ -79,7 +79,7 @@ double coverage(const FitScene& scene, std::size_t trials, const Starts& starts)
   return double(hits) / double(trials * statistics.size());
 }
 
-// Each trial solved from 0.3 prior standard deviations beside the truth.
+// Each trial starts 0.3 prior standard deviations from the truth.
 double coverage_near_the_truth(std::size_t trials) {
   const FitScene scene(4, {4, 6}, 2048, PupilLayout::kSobol);
   const double found = coverage(scene, trials, [&](const Eigen::VectorXd& truth, const RandomStream& stream) {
@@ -89,9 +89,8 @@ double coverage_near_the_truth(std::size_t trials) {
   return found;
 }
 
-// The same without knowing where the truth is: eight draws. Few low-order unknowns have local minima
-// (PHYSICS 8), some of them good enough to be taken for the answer; this shows by how much the intervals are
-// then too narrow.
+// The same from eight random starts. Problems of few low-order unknowns have local minima (PHYSICS 8), some
+// of them good enough to be mistaken for the solution. The intervals are then too narrow.
 double coverage_from_blind_starts(std::size_t trials) {
   const FitScene scene(4, {4, 6}, 2048, PupilLayout::kSobol);
   const double found = coverage(scene, trials, [&](const Eigen::VectorXd& truth, const RandomStream& stream) {
@@ -105,8 +104,7 @@ double coverage_from_blind_starts(std::size_t trials) {
 
 }  // namespace
 
-// The full test allows 0.006 of bias and two standard errors of 1,000 trials, 0.007 each; those of 60 are
-// 0.028.
+// The full test allows 0.006 of bias and two standard errors of 0.007 (1,000 trials); 60 trials have 0.028.
 TEST(Recovery, IntervalsCoverTheNoiseFreeStatistics) {
   const double found = coverage_near_the_truth(60), tolerance = 0.006 + 2 * 0.028;
   EXPECT_GE(found, 0.95 - tolerance);
@@ -118,7 +116,7 @@ TEST(Recovery, BlindStartsLoseCoverageToLocalMinima) {
   EXPECT_GE(coverage_from_blind_starts(5), 0.95 - 0.03 - 2.5 * 0.097);
 }
 
-// Minutes: only with `ctest -C statistics -L statistics`.
+// Takes minutes; runs only with `ctest -C statistics -L statistics`.
 TEST(FullStatistics, IntervalsCoverTheNoiseFreeStatistics) {
   const double found = coverage_near_the_truth(1000);
   EXPECT_GE(found, 0.93);

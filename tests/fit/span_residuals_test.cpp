@@ -43,7 +43,7 @@ std::vector<double> evaluate(const SpanResiduals& small, const Eigen::VectorXd& 
   return residuals;
 }
 
-// Of a few radii by waves, about a draw.
+// Residuals of a few radii by waves, about a random surface.
 struct WaveCase {
   DiffractedScene scene{RadialPsd(UniformPsd{1, 4, 16}), 1.2, 36, 48};
   FitProblem problem = scene.problem({}, FocusModel::kWaves);
@@ -69,7 +69,7 @@ TEST(SpanResiduals, OfALinearProblemOneStepLandsOnTheSolutionNearestToTheStart) 
   Eigen::VectorXd here(kStatistics);
   ASSERT_TRUE(residuals.evaluate(start, true, here.data()));
   SpanResiduals small(residuals, start, 1e-9, 0, true);
-  EXPECT_EQ(small.size(), kStatistics);  // from the centre there is no way back to it
+  EXPECT_EQ(small.size(), kStatistics);  // xi0 is the centre, so no direction leads back to it
 
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -97,7 +97,7 @@ TEST(SpanResiduals, AnEvaluationHasNoMemory) {
   EXPECT_EQ(evaluate(small, there), other);
   evaluate(small, small.start());
   EXPECT_EQ(evaluate(small, here), first);
-  // Another instance, asked in another order and with derivatives between.
+  // Another instance gives the same with calls in another order and derivatives in between.
   const WaveCase again;
   const SpanResiduals fresh(*again.residuals, again.centre, 0.5, 0.1, true);
   const double* parameters = there.data();
@@ -112,8 +112,8 @@ TEST(SpanResiduals, GradientsMatchDifferences) {
   const WaveCase of;
   for (const bool bends : {false, true}) {
     const SpanResiduals small(*of.residuals, of.centre, 0.5, 0.1, bends);
-    // Those of bent steps are exact at the start, and the second difference that bends them has a hundred
-    // times the rounding.
+    // Derivatives of bent steps are exact at the start only; their second difference has a hundred times the
+    // rounding.
     const Eigen::VectorXd y = bends ? small.start() : small.start() + 0.3 * draw_white(small.size(), 1);
     const double precision = bends ? 1e-5 : 1e-7;
     ceres::NumericDiffOptions how;
@@ -129,7 +129,8 @@ TEST(SpanResiduals, GradientsMatchDifferences) {
   }
 }
 
-// A straight step that no statistic sees to first order changes them to second order, a bent one to third.
+// Along a straight step without first-order change statistics change in second order, along a bent one in
+// third.
 TEST(SpanResiduals, BendsItsStepAsTheValleyDoes) {
   const WaveCase of;
   const auto change = [&](bool bends) {

@@ -14,8 +14,8 @@ using namespace aberfit::internal;
 namespace {
 
 /// Bins of radial orders: S_b = 1e-3 m^2 times the sum of c_j^2 w_b(n_j), with smooth overlapping weights w
-/// in log n. A stand-in for the ring average of a Zernike surface, whose energy at order n sits around
-/// f = n / (2 pi R), with couplings between neighbouring orders of the same m.
+/// in log n. It replaces the ring average of a Zernike surface, which couples neighbouring orders of the same
+/// m. The energy at order n lies around f = n / (2 pi R).
 class OrderSpectrum : public SurfaceSpectrum {
  public:
   OrderSpectrum(const TermSet& terms, Eigen::Index bins) {
@@ -57,7 +57,7 @@ Eigen::VectorXd spectrum_of(const SurfaceSpectrum& spectrum, const Eigen::Vector
   return values;
 }
 
-/// The PSD of another draw, the same at every frequency up to a slow tilt of `tilt` in its logarithm.
+/// The PSD of another realisation with a slow tilt of `tilt` in its logarithm.
 void ask_for(const SurfaceSpectrum& spectrum, const Eigen::VectorXd& like, double tilt, double tolerance,
              FitProblem* problem) {
   problem->spectrum = &spectrum;
@@ -109,8 +109,7 @@ TEST(SpectrumResiduals, GradientsHoldAtADrawAndAThousandthOfIt) {
 }
 
 TEST(SpectralTargets, AreMetTogetherWithFocalStatisticsAndHeight) {
-  // The paper's stand-in scene (PHYSICS 9). A band of few modes has too few directions for 32 targets of one
-  // draw near another draw.
+  // The scene of fits/paper-verify; a band of few modes cannot meet 32 targets of another realisation.
   const FitScene scene(28, {}, 16384, PupilLayout::kPolar, 1.0, 2.5, 19.96);
   const OrderSpectrum spectrum(scene.terms, 8);
   const Eigen::VectorXd other = scene.prior.colour(draw_white(scene.prior.size(), 5));
@@ -152,7 +151,7 @@ TEST(SpectralTargets, AreMetTogetherWithFocalStatisticsAndHeight) {
   EXPECT_EQ(result.statistic_std.size(), Eigen::Index(targets.size()));
   EXPECT_EQ(result.singular_values.size(), Eigen::Index(targets.size()) + 8);
 
-  // A result whose PSD alone is off is not within tolerance.
+  // A result with only its PSD off is not within tolerance.
   FitResult off = result;
   off.spectrum[3] *= 1.05;
   EXPECT_FALSE(within_tolerance(problem, off, 1.0));
@@ -172,7 +171,7 @@ TEST(SpectralTargets, AloneMakeAFit) {
   EXPECT_LT(result.final_cost, result.initial_cost);
   EXPECT_GT(result.rank, 0);
   EXPECT_LE(result.rank, 8);
-  // What the data tell shows: less spread than the prior's, nowhere more.
+  // The data reduce the spread of some coefficients and increase none.
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(scene.prior.size());
   for (Eigen::Index k = 0; k < scene.prior.size(); ++k)
     variance += scene.prior.colour(Eigen::VectorXd::Unit(scene.prior.size(), k)).cwiseAbs2();

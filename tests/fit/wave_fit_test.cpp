@@ -13,9 +13,9 @@ using namespace aberfit::internal;
 
 namespace {
 
-// Derivatives of diffraction hold to 1e-8 (diffraction_gradient_test.cpp); Ridders differences of a search
-// through focus reach a tenth of that.
-constexpr double kStep = 1e-3;  // of a draw
+// Derivatives of diffraction are accurate to 1e-8 (diffraction_gradient_test.cpp); Ridders differences of a
+// search through focus reach ten times that.
+constexpr double kStep = 1e-3;  // in prior standard deviations
 constexpr double kPrecision = 1e-7;
 
 std::vector<Target> with_tolerance(const std::vector<Statistic>& statistics, const Eigen::VectorXd& values,
@@ -28,7 +28,7 @@ std::vector<Target> with_tolerance(const std::vector<Statistic>& statistics, con
   return targets;
 }
 
-// What the mean surface of the PSD does, by generalised Harvey-Shack.
+// Targets of the mean irradiance of the PSD, by generalised Harvey-Shack.
 std::vector<Target> mean_targets(const DiffractedScene& scene, const std::vector<Statistic>& statistics,
                                  double tolerance) {
   const GeneralisedHarveyShack mean(scene.psd, scene.mirror, scene.aperture, scene.wavelength);
@@ -60,8 +60,7 @@ TEST(WaveForward, GradientsOfTheWholeChainMatchDifferences) {
                                                                          : unit;
     const FitProblem problem = scene.problem({{statistic, 0, 0, size}}, FocusModel::kWaves);
     const FocusResiduals residual(problem, unit, 1);
-    // The ends of a ring's width are searched for to some 1e-10 of it, which steps of 1e-3 make a thousand
-    // times larger (seven draws: 1e-7 to 6.5e-7).
+    // The ends of a ring's width are found to 1e-10, which steps of 1e-3 amplify; largest error seen 6.5e-7.
     const double precision = std::holds_alternative<RingFwhm>(statistic) ? 1e-6 : kPrecision;
     EXPECT_LT(gradient_error(residual, draw_white(scene.prior.size(), 2), kStep), precision)
         << statistic_name(statistic);
@@ -83,7 +82,7 @@ TEST(WaveForward, SaysOnceThatASurfaceIsTooSteepForItsGrid) {
 }
 
 TEST(WaveForward, AMirrorThatIsNoParabolaIsASurfaceErrorOfOne) {
-  // The same shape once as mirror, once as term: rho^4 of a spherical mirror and of a spherical term.
+  // The same shape is once the mirror, once a term: rho^4 of a spherical mirror and of a spherical term.
   DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.5, 24, 64);
   TermSet terms = scene.surface.terms();
   terms.spherical = {4};
@@ -95,7 +94,7 @@ TEST(WaveForward, AMirrorThatIsNoParabolaIsASurfaceErrorOfOne) {
   LightPath plain = scene.path(FocusModel::kWaves);
   LightPath term{scene.mirror, scene.pupil.sample, surface, plain.model, plain.wavelength, plain.aperture};
   constexpr double kC4 = 1e-5;  // [1/m^3]; 16 nm at the rim
-  // Of which basis the coefficient is, the operator says: height at the rim per unit.
+  // The operator gives the basis of the coefficient: height at the rim per unit.
   Eigen::VectorXd only = Eigen::VectorXd::Zero(terms.size());
   only[terms.size() - 1] = 1;
   SurfaceField field;
@@ -138,7 +137,7 @@ TEST(Calibrate, MeetsTheMeanOfWavesAtHalfAWaveOfPhase) {
   RecordProperty("milliseconds", int(1e3 * result.seconds));
   RecordProperty("message", result.message);
 
-  // An independent pattern: finer cells.
+  // An independent pattern on finer grid cells.
   const DiffractionPupil finer = diffraction_pupil(scene.aperture, scene.mirror.focal_length, 0.4 / 213);
   const SurfaceOperator surface(scene.surface.terms(), finer.sample, {});
   SurfaceField field;
@@ -156,9 +155,8 @@ TEST(Calibrate, MeetsTheMeanOfWavesAtHalfAWaveOfPhase) {
   RecordProperty("worst_in_1e-6", int(1e6 * worst));
 }
 
-// A target so loose that the fit could end long before its guide is near.
-// Of the start, whose statistics are known without the fit: the largest residual of a target in tolerances,
-// and of a guide in the wanted share of its own.
+// The target is so loose that the fit could end long before its guide is near. The start gives the largest
+// residual of a target in tolerances, and of a guide in the required part of its own.
 TEST(Calibrate, CountsGuidesByTheShareOfTheirToleranceThatIsWanted) {
   const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 24, 32);
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, RingThrough{8e-6, 2e-4}};
@@ -204,7 +202,7 @@ TEST(Calibrate, GoesOnForItsGuidesWhereItIsToldTo) {
   EXPECT_LE(guide_after(0.1), 0.1 + 1e-6);
 }
 
-// At a wave of phase: the same end in far fewer steps.
+// At a wave of phase both reach the same end, the bent steps much faster.
 void follows_the_bend(const FitProblem& problem, const Eigen::VectorXd& start) {
   const auto fit = [&](bool accelerate) {
     FitOptions options;

@@ -1,5 +1,5 @@
-// Encircled-energy radii and ring widths against slow twins that look at every ray: full sorts and bisection
-// in long double, with the kernel written anew.
+// Compares encircled-energy radii and ring widths with slow methods that visit every ray: full sorts and
+// bisection in long double, with a separate kernel.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -124,9 +124,9 @@ TEST(BruteForce, ExactRadiiAreThoseOfAFullSort) {
     for (const Eigen::Index n : kSizes) {
       const RayBundle rays = bundle(kind, n);
       for (const Centre centre : {Centre::kNominal, Centre::kCentroid}) {
-        if (kind == Kind::kOnePoint && centre == Centre::kCentroid) continue;  // radii of rounding alone
-        if (n <= 2 && centre == Centre::kCentroid) continue;  // likewise, with one ray of any weight
-        if (kind == Kind::kTies && centre == Centre::kCentroid) continue;  // ties up to rounding
+        if (kind == Kind::kOnePoint && centre == Centre::kCentroid) continue;  // rounding errors only
+        if (n <= 2 && centre == Centre::kCentroid) continue;               // likewise with one weighted ray
+        if (kind == Kind::kTies && centre == Centre::kCentroid) continue;  // these radii tie up to rounding
         std::vector<Statistic> statistics;
         std::vector<double> expected;
         for (const double dz : {0.0, 1e-3, -4e-3}) {
@@ -138,7 +138,7 @@ TEST(BruteForce, ExactRadiiAreThoseOfAFullSort) {
         }
         const Eigen::ArrayXd none;
         const Eigen::VectorXd found = evaluate_exact({rays, rays, none, centre}, statistics, 2);
-        // Rounding of radii 1e-15, and of sums of n weights: 1e-16 n of the distance of neighbours.
+        // Rounding: 1e-15 of radii; for sums of n weights 1e-16 n times the distance of neighbours.
         for (std::size_t k = 0; k < expected.size(); ++k)
           EXPECT_NEAR(found[Eigen::Index(k)] / expected[k], 1.0, 1e-11) << name(kind, n, fractions[k % 6]);
       }
@@ -150,11 +150,11 @@ TEST(BruteForce, SmoothRadiiAreRootsOfTheFullCount) {
   const std::vector<double> fractions = {0.0413, 0.2171, 0.5077, 0.9037, 0.9541};
   for (const Kind kind : kKinds) {
     for (const Eigen::Index n : kSizes) {
-      if (n > 1000 && kind != Kind::kGaussian && kind != Kind::kHeavyTail) continue;  // the twin is slow
+      if (n > 1000 && kind != Kind::kGaussian && kind != Kind::kHeavyTail) continue;  // too slow
       const RayBundle rays = bundle(kind, n);
       for (const Centre centre : {Centre::kNominal, Centre::kCentroid}) {
-        if (kind == Kind::kOnePoint && centre == Centre::kCentroid) continue;  // radii of rounding alone
-        if (n <= 2 && centre == Centre::kCentroid) continue;  // likewise, with one ray of any weight
+        if (kind == Kind::kOnePoint && centre == Centre::kCentroid) continue;  // rounding errors only
+        if (n <= 2 && centre == Centre::kCentroid) continue;  // likewise with one weighted ray
         for (const double width : {0.02 * kSigma, 1e-3 * kSigma, 0.3 * kSigma, 3 * kSigma}) {
           for (const double dz : {0.0, 1e-3}) {
             const Plane plane = plane_of(rays, dz, centre);
@@ -175,9 +175,9 @@ TEST(BruteForce, SmoothRadiiAreRootsOfTheFullCount) {
               const double density = double(smooth_count(rays, plane, radius + step, width) -
                                             smooth_count(rays, plane, radius - step, width)) /
                                      (2 * step);
-              // Where no ray lies near, every radius between two rays is a root: nothing to compare.
+              // If no ray lies near, every radius between two rays is a root, so we do not compare.
               if (!(density * width > 1e-4)) continue;
-              // The promise, and rounding of the count over its slope.
+              // The header's error bound, and rounding of the count over its slope.
               const double tolerance = 1e-11 + 4e-15 / (density * radius);
               EXPECT_NEAR(found[Eigen::Index(k)] / radius, 1.0, tolerance)
                   << name(kind, n, fractions[k]) << " width " << width / kSigma << " dz " << dz;
@@ -212,7 +212,7 @@ TEST(BruteForce, RingCrossingsHalveThePeakOfTheFullShare) {
         const auto counted = exact_ring_width(rays, sums, ring, 1, &buffers);
         ASSERT_TRUE(counted.has_value());
         if (!found) {
-          EXPECT_LE(n, 300);  // few rays: the share may have no smooth peak near the counted one
+          EXPECT_LE(n, 300);  // with few rays there may be no smooth peak near the counted one
           continue;
         }
         EXPECT_NEAR(double(share(found->peak)) / found->peak_share, 1.0, 1e-13);
@@ -220,7 +220,7 @@ TEST(BruteForce, RingCrossingsHalveThePeakOfTheFullShare) {
             << name(kind, n, width / kSigma);
         EXPECT_NEAR(double(share(found->upper)) / found->peak_share, 0.5, 1e-12)
             << name(kind, n, width / kSigma);
-        const double step = 1e-3 * found->fwhm;  // a maximum, up to the fourth order
+        const double step = 1e-3 * found->fwhm;  // a maximum, up to fourth order
         EXPECT_LE(double(share(found->peak + step) + share(found->peak - step)),
                   2 * found->peak_share * (1 + 1e-6));
         EXPECT_NEAR(found->upper - found->lower, found->fwhm, 1e-12 * found->fwhm);
@@ -230,7 +230,7 @@ TEST(BruteForce, RingCrossingsHalveThePeakOfTheFullShare) {
 }
 
 TEST(BruteForce, RingCountsAreThoseOfEveryPlane) {
-  // The same grid of planes, every ray tested at every plane next to a crossing.
+  // Uses the same planes, but tests every ray next to a crossing.
   const RayBundle rays = bundle(Kind::kGaussian, 5000);
   const RaySums sums = sum_rays(rays, 1);
   const Ring ring{2 * kSigma, 0, 0};
@@ -241,7 +241,7 @@ TEST(BruteForce, RingCountsAreThoseOfEveryPlane) {
     const Eigen::ArrayXd x = rays.x + z * rays.tx, y = rays.y + z * rays.ty;
     return (x.square() + y.square() <= ring.radius * ring.radius).select(rays.weight, 0.0).sum();
   };
-  // Steps of single rays: half a dozen of them between neighbouring planes.
+  // Single rays are steps: about six lie between neighbouring planes.
   EXPECT_NEAR(inside(found->lower) / found->peak_share, 0.5, 12.0 / 5000);
   EXPECT_NEAR(inside(found->upper) / found->peak_share, 0.5, 12.0 / 5000);
   EXPECT_NEAR(inside(found->peak) / found->peak_share, 1.0, 12.0 / 5000);

@@ -26,7 +26,7 @@ struct Scene {
   FocusInput input() const { return {rays, nominal, field.height}; }
 };
 
-// Rays with independent Gaussian slope errors: a Rayleigh focus of sigma_f = 2 f s.
+// Rays with independent Gaussian slope errors s. The focus is a Rayleigh distribution of sigma_f = 2 f s.
 Scene gaussian_scene(Eigen::Index n, double slope, std::uint64_t seed,
                      PupilLayout layout = PupilLayout::kSobol) {
   Scene scene;
@@ -47,22 +47,23 @@ Scene gaussian_scene(Eigen::Index n, double slope, std::uint64_t seed,
 }  // namespace
 
 TEST(EncircledEnergy, UniformDiscMatchesClosedForm) {
-  // The ideal mirror out of focus is a uniform disc: radius R |dz| / (f - z) to first order, ee_p = sqrt(p)
-  // times the rim's radius.
+  // The defocused ideal mirror gives a uniform disc of radius R |dz| / (f - z) to first order. ee_p is
+  // sqrt(p) times the rim's radius.
   const PupilSample pupil = make_pupil(CircleAperture{2 * kR, 0}, {PupilLayout::kSobol, 1 << 17, 3});
   const RayBundle rays = trace_nominal(parabola(), pupil);
   const Eigen::ArrayXd height = Eigen::ArrayXd::Zero(rays.size());
   const double dz = 1e-3;
   for (const double p : {0.1, 0.5, 0.9}) {
-    // |X| = dz * 2 (r/2f) / (1 - (r/2f)^2), monotone in r, and p of the light lies within r = R sqrt(p).
+    // |X| = dz * 2 (r/2f) / (1 - (r/2f)^2) increases with r, and the fraction p of the energy lies within r =
+    // R sqrt(p).
     const double t = kR * std::sqrt(p) / (2 * kF), exact = dz * 2 * t / (1 - t * t);
     const double value = evaluate_exact({rays, rays, height}, {EncircledEnergyRadius{p, dz}}, 1)[0];
-    EXPECT_NEAR(value / exact, 1.0, 2e-5);  // one cell of 2^17 points is 0.4e-5 of the radius
+    EXPECT_NEAR(value / exact, 1.0, 2e-5);  // one of 2^17 points is 0.4e-5 of the radius
   }
 }
 
 TEST(EncircledEnergy, ExactRadiusIsTheInterpolatedOrderStatistic) {
-  // Weighted points in one plane, brute force.
+  // Brute force over weighted points in one plane.
   const RandomStream stream(1, "order-statistic");
   for (const Eigen::Index n : {1, 2, 3, 10, 1000}) {
     RayBundle rays;
@@ -73,7 +74,7 @@ TEST(EncircledEnergy, ExactRadiusIsTheInterpolatedOrderStatistic) {
     rays.weight.resize(n);
     std::vector<std::pair<double, double>> sorted;
     for (Eigen::Index i = 0; i < n; ++i) {
-      rays.x[i] = std::exp(2 * stream.normal(std::uint64_t(i)));  // long tail: the overflow bin is in use
+      rays.x[i] = std::exp(2 * stream.normal(std::uint64_t(i)));  // long tail: uses the overflow bin
       rays.weight[i] = stream.uniform(std::uint64_t(5000 + i));
       sorted.push_back({rays.x[i], rays.weight[i]});
     }
@@ -103,7 +104,7 @@ TEST(EncircledEnergy, ExactRadiusIsTheInterpolatedOrderStatistic) {
 
 TEST(FocusStatistics, GaussianFocusMatchesPhysics2) {
   const Eigen::Index n = 1 << 18;
-  const double s = 1e-6;  // small-angle and paraxial error 0.064 % at f/7 (PHYSICS 5), sampling ~0.13 %
+  const double s = 1e-6;  // small-angle and paraxial error 0.064 % at f/7 (PHYSICS 5), sampling error ~0.13 %
   const Scene scene = gaussian_scene(n, s, 11);
   const double sigma = 2 * kF * s;
   const Eigen::VectorXd v =
@@ -118,14 +119,14 @@ TEST(FocusStatistics, GaussianFocusMatchesPhysics2) {
   EXPECT_NEAR(v[3] / (std::sqrt(2.0) * 2 * s), 1.0, slack);
   EXPECT_NEAR(v[4] / v[3], 0.88622692545, slack);
   EXPECT_NEAR(v[5] / (2.3548200450309493 * std::sqrt(1.01) * sigma), 1.0,
-              0.01);  // kernel adds 1 % of variance; slow convergence of a peak
+              0.01);  // the kernel adds 1 % of variance; a peak converges slowly
   EXPECT_NEAR(v[6] / (std::sqrt(2.0) * sigma), 1.0, slack);
   EXPECT_NEAR(v[7] / 1e-7, 1.0, 4.5 / std::sqrt(2.0 * double(n)));
 }
 
 TEST(RingThrough, IdealMirrorHasTheClosedFormWidth) {
-  // N(dz) = (ring f / (R dz))^2 beyond the plateau, half at dz = sqrt2 ring f/R: FWHM 2 sqrt2 ring f/R,
-  // paraxially (t^2 = 1.3e-3 at the rim).
+  // N(dz) = (ring f / (R dz))^2 beyond the plateau, so it is half at dz = sqrt2 ring f/R. The FWHM is 2 sqrt2
+  // ring f/R, paraxially (t^2 = 1.3e-3 at the rim).
   const PupilSample pupil = make_pupil(CircleAperture{2 * kR, 0}, {PupilLayout::kSobol, 1 << 18, 5});
   const RayBundle rays = trace_nominal(parabola(), pupil);
   const Eigen::ArrayXd none;
@@ -133,7 +134,7 @@ TEST(RingThrough, IdealMirrorHasTheClosedFormWidth) {
   EXPECT_NEAR(value / (2 * std::sqrt(2.0) * 10e-6 * kF / kR), 1.0, 2e-3);
 }
 
-// Many radii in a plane go through bins of r^2; here every ray is counted.
+// The library bins r^2 for many radii in a plane; this test counts every ray.
 TEST(RingThrough, IsTheWeightOfTheRaysInside) {
   Scene scene = gaussian_scene(40000, 6e-6, 7);
   scene.rays.x[5] = scene.rays.y[5] = 0;  // a ray through the centre
@@ -144,7 +145,7 @@ TEST(RingThrough, IsTheWeightOfTheRaysInside) {
     for (const double dz : {0.0, -0.6e-3, 2.5e-3})
       for (const double radius : {0.0, 1e-3 * sigma, 0.3 * sigma, sigma, 2.1 * sigma, 40 * sigma, 1.0, inf})
         statistics.push_back(RingThrough{radius, dz});
-    statistics.push_back(EncircledEnergyRadius{0.5, -0.6e-3});  // shares their bins
+    statistics.push_back(EncircledEnergyRadius{0.5, -0.6e-3});  // uses the same bins
     const FocusInput input{scene.rays, scene.nominal, scene.field.height, centre};
     const Eigen::VectorXd exact = evaluate_exact(input, statistics, 2);
     for (std::size_t k = 0; k + 1 < statistics.size(); ++k) {
@@ -190,12 +191,11 @@ TEST(SmoothStatistics, ApproachTheExactOnesWithTheSquareOfTheWidth) {
   ASSERT_TRUE(evaluate_smooth(scene.input(), statistics, 0.02 * sigma, 1, &smooth, nullptr));
   for (Eigen::Index k = 0; k < exact.size(); ++k)
     EXPECT_NEAR(smooth[k] / exact[k], 1.0, 1.5e-3)
-        << k;  // bias 0.02^2/18 = 2e-5; the rest is sampling of the shell
+        << k;  // bias 0.02^2/18 = 2e-5; the rest is sampling of the kernel's rays
 }
 
 TEST(SmoothStatistics, GradientsMatchDifferencesOfTheSmoothTwin) {
-  // Directional derivative along a random ray displacement, fourth-order differences; both centres; also near
-  // the axis (ray 0 goes through it).
+  // Directional derivative along random displacements, fourth-order differences. Ray 0 goes through the axis.
   Scene scene = gaussian_scene(3000, 6e-6, 4, PupilLayout::kRandom);
   const double sigma = 2 * kF * 6e-6, width = 0.3 * sigma;
   scene.rays.x[0] = scene.rays.y[0] = 0;
@@ -253,7 +253,7 @@ TEST(SmoothStatistics, GradientsMatchDifferencesOfTheSmoothTwin) {
                (component(g.rays.d_ty, j) + g.rays.dz * d_y) * dty[i];
       }
       if (g.d_height.size() > 0) sum += (g.d_height * dh).sum();
-      // Truncation of the difference where the kernel's third derivative jumps, and rounding 1e-16/step.
+      // Truncation where the kernel's third derivative jumps, and rounding of 1e-16/step.
       EXPECT_NEAR(sum, difference[Eigen::Index(k)],
                   2e-6 * std::abs(values[Eigen::Index(k)]) + 2e-5 * std::abs(sum))
           << statistic_name(statistics[k]);
@@ -272,8 +272,7 @@ TEST(SmoothStatistics, RefuseAFocusWithoutExtent) {
 }
 
 TEST(FocusStatistics, PolarQuadratureOfAZernikeSurfaceHasConverged) {
-  // RMS radius and scatter RMS are integrals of analytic functions of the pupil: a rule with twice the rings
-  // and spokes agrees to 1e-10.
+  // RMS radius and scatter RMS integrate analytic functions, so twice the rings and spokes agree to 1e-10.
   TermSet terms;
   terms.radius = kR;
   terms.zernike = zernike_modes(2, 12);
@@ -291,6 +290,6 @@ TEST(FocusStatistics, PolarQuadratureOfAZernikeSurfaceHasConverged) {
   };
   const Eigen::VectorXd coarse = values(16384), fine = values(65536);
   for (Eigen::Index k = 0; k < 4; ++k) EXPECT_NEAR(coarse[k] / fine[k], 1.0, 1e-10) << k;
-  // The height's is a closed form too: orthonormal modes.
+  // The RMS height has a closed form, because the modes are orthonormal.
   EXPECT_NEAR(fine[3] / coefficients.norm(), 1.0, 1e-12);
 }

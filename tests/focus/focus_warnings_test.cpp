@@ -1,4 +1,4 @@
-// What the focal statistics say of themselves: bundles made by hand, on both sides of each rule.
+// Tests the warnings of the focal statistics with simple ray bundles on both sides of each rule.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,7 +8,7 @@
 namespace aberfit {
 namespace {
 
-constexpr double kRing = 1e-5, kSlope = 1e-3;  // a ray of that slope crosses the ring 1 cm out of its focus
+constexpr double kRing = 1e-5, kSlope = 1e-3;  // a ray of that slope leaves the ring 1 cm from its focus
 constexpr double kReach = kRing / kSlope;
 
 // Rays in the plane y = 0 that cross the axis at dz = `focus`.
@@ -52,8 +52,8 @@ TEST(FocusWarnings, NoLightWhereEveryRayIsLost) {
   EXPECT_TRUE(one.warnings.empty());
 }
 
-// A share of the light that stays inside the ring in every plane, as that of collimated rays: below a half it
-// only lifts the profile, from a half on the profile has no half maximum.
+// Some of the energy stays inside the ring in every plane, like collimated rays. Below one half it only
+// raises the profile. From one half on, the profile has no half maximum.
 TEST(FocusWarnings, RingFwhmMissingWhereHalfTheLightNeverLeavesTheRing) {
   const auto with_steady = [](double share) {
     return bundle({{share, 0, 0}, {(1 - share) / 2, kSlope, 0}, {(1 - share) / 2, -kSlope, 0}});
@@ -66,19 +66,19 @@ TEST(FocusWarnings, RingFwhmMissingWhereHalfTheLightNeverLeavesTheRing) {
   EXPECT_EQ(none.warnings[0].message.find("ring_fwhm_m"), 0u) << none.warnings[0].message;
 
   const Seen found = seen(with_steady(0.49), RingFwhm{0.9, kRing});
-  // Profile: 1 within the reach, 0.49 beyond. It is counted in 4096 planes over 16 ring / RMS slope.
+  // The profile is 1 within the reach and 0.49 beyond. It is counted in 4096 planes over 16 ring / RMS slope.
   const double plane = 16 * kReach / std::sqrt(0.51) / 4096;
   EXPECT_NEAR(found.value, 2 * kReach, 2 * plane);
   EXPECT_TRUE(found.warnings.empty());
 }
 
-// Two foci five reaches apart: the second is seen where it holds half as much light as the first.
+// Two foci are five reaches apart. The second adds crossings from half the energy of the first on.
 TEST(FocusWarnings, RingFwhmCrossingsWhereASecondFocusIsHalfAsBright) {
   const auto with_second = [](double share) {
     return bundle({{1 - share, kSlope, 0}, {share, -kSlope, 5 * kReach}});
   };
   const double plane = 16 * kReach / 4096;
-  for (const double share : {0.30, 0.37}) {  // 0.43 and 0.59 of the first
+  for (const double share : {0.30, 0.37}) {  // 0.43 and 0.59 of the energy of the first focus
     const Seen found = seen(with_second(share), RingFwhm{0.9, kRing});
     EXPECT_NEAR(found.value, 2 * kReach, 2 * plane) << share;
     if (share < 1.0 / 3) {
@@ -92,7 +92,7 @@ TEST(FocusWarnings, RingFwhmCrossingsWhereASecondFocusIsHalfAsBright) {
 }
 
 TEST(FocusWarnings, SpotFwhmMissingWhereTheBandwidthSeesSingleRays) {
-  // Standard deviation 1 um in x, as wide in y.
+  // The standard deviation is 1 um in x and in y.
   RayBundle rays = bundle({{1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}});
   rays.x << 1e-6, -1e-6, 1e-6, -1e-6;
   rays.y << 1e-6, 1e-6, -1e-6, -1e-6;
@@ -100,13 +100,13 @@ TEST(FocusWarnings, SpotFwhmMissingWhereTheBandwidthSeesSingleRays) {
   EXPECT_TRUE(std::isnan(none.value));
   ASSERT_EQ(none.warnings.size(), 1u);
   EXPECT_EQ(none.warnings[0].code, "spot-fwhm-missing");
-  // sqrt(2) um is the RMS radius; what is said to be wide enough is.
+  // The RMS radius is sqrt(2) um. The bandwidth that the message recommends must work.
   EXPECT_NE(none.warnings[0].message.find("1.414 um, and"), std::string::npos) << none.warnings[0].message;
   EXPECT_NE(none.warnings[0].message.find("707.1 pm is wide enough"), std::string::npos)
       << none.warnings[0].message;
   RayBundle line = rays;
   line.y.setZero();
-  line.x[0] = 1e-4;  // alone in the distance, and all of it in x
+  line.x[0] = 1e-4;  // far from the other rays, in x only
   line.weight[0] = 1e-4;
   EXPECT_TRUE(seen(line, SpotFwhm{1e-6 * std::sqrt(4.0 / 3) / 2000}).warnings.empty());
   const Seen some = seen(rays, SpotFwhm{1e-6 / 10000});

@@ -1,4 +1,4 @@
-// FWHM of line spreads against a slow twin: the sum over rays in long double, with bisection.
+// Compares the FWHM of line spreads with a slow method: the sum over rays in long double, with bisection.
 #include "../../src/focus/line_spread.h"
 
 #include <gtest/gtest.h>
@@ -32,11 +32,11 @@ Line line(const std::string& name, Eigen::Index n, double bandwidth) {
     result.weight[i] = 0.1 + stream.uniform(std::uint64_t(i) + (1 << 22));
     if (name == "gaussian") x = normal;
     if (name == "far from the origin") x = 1e4 + normal;
-    if (name == "two lumps") x = 0.3 * normal + (u < 0.45 ? -2.0 : 2.0);  // the lower one above half
+    if (name == "two lumps") x = 0.3 * normal + (u < 0.45 ? -2.0 : 2.0);  // the lower peak is above half
     if (name == "three lumps") x = 0.2 * normal + (u < 0.4 ? -2.0 : u < 0.8 ? 0.0 : 1.5);
     if (name == "heavy tail") x = std::tan(std::numbers::pi * (u - 0.5));
     if (name == "one far away") x = i == n / 3 ? 1e3 : normal;
-    if (name == "comb") x = std::floor(10 * u);  // peaks of one height each
+    if (name == "comb") x = std::floor(10 * u);  // peaks of equal height
     if (name == "some dark") x = normal, result.weight[i] = i % 3 ? result.weight[i] : 0.0;
   }
   result.position *= 1e-5;
@@ -53,7 +53,7 @@ Real profile(const Line& of, Real x) {
   return sum;
 }
 
-// What lies between `low` and `high`, scanned at a twentieth of the bandwidth.
+// Scans the interval from `low` to `high` at a twentieth of the bandwidth.
 Real slow_fwhm(const Line& of, Real low, Real high) {
   const Real pitch = Real(of.bandwidth) / 20;
   std::vector<Real> at, value;
@@ -90,7 +90,7 @@ TEST(LineSpread, IsTheSlowSumOverRays) {
       const double half = (name == "heavy tail" ? 15e-5 : 6e-5) + 9 * of.bandwidth;
       const auto fwhm = line_spread_fwhm(of.position, of.weight, of.bandwidth, 1.0, nullptr);
       ASSERT_TRUE(fwhm) << name;
-      // Rounding of positions is what remains far from the origin.
+      // Far from the origin, rounding of the positions dominates.
       const double rounding = name == "far from the origin" ? 1e-11 : 1e-13;
       EXPECT_NEAR(*fwhm / double(slow_fwhm(of, middle - half, middle + half)), 1.0, rounding)
           << name << ", bandwidth " << bandwidth;
@@ -98,8 +98,8 @@ TEST(LineSpread, IsTheSlowSumOverRays) {
 }
 
 TEST(LineSpread, TakesTheHigherOfTwoNearlyEqualPeaks) {
-  // Two lumps that lie differently between points of a scan: the peak is the one higher by 1e-5, not what the
-  // scan has for it. A third counts if it passes half of that by 1e-3.
+  // The second peak is higher by 1e-5 and lies differently between the points of a scan. The exact peak must
+  // win, not the scanned value. A third peak counts if it exceeds half of that by 1e-3.
   for (const double shift : {0.0, 0.013, 0.031, 0.047})
     for (const double excess : {-1e-3, 1e-3}) {
       Line of{"", Eigen::ArrayXd(3), Eigen::ArrayXd(3), 1.0};

@@ -13,7 +13,7 @@ TEST(StatisticName, CarriesFractionAndSiUnit) {
 }
 
 TEST(StatisticName, HidesTheRoundingOfPercentages) {
-  // 100 * 0.29 = 28.999999999999996 and 100 * 0.07 = 7.000000000000001 in binary.
+  // In binary, 100 * 0.29 = 28.999999999999996 and 100 * 0.07 = 7.000000000000001.
   for (int percent = 1; percent < 100; ++percent)
     EXPECT_EQ(statistic_name(EncircledEnergyRadius{percent / 100.0, 0.0}),
               "ee" + std::to_string(percent) + "_radius_m");

@@ -1,4 +1,4 @@
-// What evaluations keep and share: memory, and bits over thread counts.
+// Tests that evaluations reuse memory and that the number of threads changes no bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 using namespace aberfit;
 
-// Largest single allocation. Sanitizers bring a malloc of their own: there only operator new is seen.
+// Largest single allocation. Sanitizers have their own malloc, so we count only operator new there.
 static std::atomic<std::size_t> largest_allocation = 0;
 static void* counted(std::size_t size, void* (*allocate)(std::size_t)) {
   std::size_t seen = largest_allocation;
@@ -26,7 +26,7 @@ void* __libc_malloc(std::size_t);
 void* malloc(std::size_t size) { return counted(size, __libc_malloc); }
 }
 #else
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"  // inlined, they are told apart from each other
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"  // after inlining the compiler cannot match the two
 void* operator new(std::size_t size) {
   void* const memory = counted(size, std::malloc);
   if (!memory) throw std::bad_alloc();
@@ -121,8 +121,7 @@ TEST(FocusWorkspace, ValuesDoNotDependOnWhetherGradientsAreAsked) {
 
 TEST(FocusWorkspace, ASecondEvaluationOfTheSizeAllocatesNothingThatGrowsWithRays) {
   constexpr Eigen::Index kRays = 200000;
-  constexpr std::size_t kSmall =
-      40000;  // bytes; the smallest array over rays of a shell has thousands of entries
+  constexpr std::size_t kSmall = 40000;  // bytes; the smallest array over rays has thousands of entries
   const Scene first = scene(kRays, 1), second = scene(kRays, 2);
   for (const int threads : {1, 2}) {
     for (const Centre centre : {Centre::kNominal, Centre::kCentroid}) {
@@ -133,7 +132,7 @@ TEST(FocusWorkspace, ASecondEvaluationOfTheSizeAllocatesNothingThatGrowsWithRays
       largest_allocation = 0;
       ASSERT_TRUE(evaluate_smooth({first.rays, first.nominal, first.height, centre}, asked, 0.02 * kSigma,
                                   threads, &workspace, &values, &gradients));
-      EXPECT_GT(largest_allocation, kRays * sizeof(double) / 2);  // the count works
+      EXPECT_GT(largest_allocation, kRays * sizeof(double) / 2);  // shows that the count works
       largest_allocation = 0;
       ASSERT_TRUE(evaluate_smooth({second.rays, second.nominal, second.height, centre}, asked, 0.02 * kSigma,
                                   threads, &workspace, &values, &gradients));

@@ -1,4 +1,4 @@
-// From coefficients to statistics and back, for a mirror that has a shape of its own.
+// From coefficients to statistics and back, for a mirror with known Zernikes.
 #include "aberfit/forward/forward_model.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ PupilSample pupil_of(FocusModel model) {
 const std::vector<Statistic> kLight{EncircledEnergyRadius{0.3, 0}, EncircledEnergyRadius{0.8, 0},
                                     EncircledEnergyRadius{0.5, 3e-4}, RingThrough{6e-5, -4e-4}};
 
-// The focus is that of the whole surface, whichever part of it is called known.
+// The focus depends only on the whole surface, not on which part of it is declared as known.
 TEST(ForwardModel, LightSeesKnownZernikesAsItSeesTheSameTerms) {
   const TermSet terms = zernikes(10);
   const Eigen::VectorXd rough = draw(terms, 60e-9, 3), shape = draw(terms, 90e-9, 4);
@@ -53,15 +53,16 @@ TEST(ForwardModel, LightSeesKnownZernikesAsItSeesTheSameTerms) {
     const Eigen::VectorXd found = seen(known, rough, kLight), expected = seen(plain, rough + shape, kLight);
     EXPECT_LT((found.array() / expected.array() - 1).abs().maxCoeff(), 1e-9) << to_string(model);
     EXPECT_GT((found.array() / seen(plain, rough, kLight).array() - 1).abs().maxCoeff(), 0.05);
-    // Height and scatter are of the roughness alone: the nominal ray is that of the mirror without it.
+    // Height and scatter are those of the roughness, because the nominal ray is that of the mirror without
+    // it.
     const std::vector<Statistic> of_roughness{RmsHeight{}, ScatterRms{}, ScatterMean{}};
     const Eigen::VectorXd with = seen(known, rough, of_roughness), without = seen(plain, rough, of_roughness);
     EXPECT_LT((with.array() / without.array() - 1).abs().maxCoeff(), 1e-5) << to_string(model);
   }
 }
 
-// A known defocus of 1.3 waves has its best image in the other parabola's focus, 1/(4f') = 1/(4f) + 2 sqrt(3)
-// a/R^2, moved by -sqrt(3) a: there the light is that of the perfect mirror, and nowhere else.
+// A known defocus of 1.3 waves has its best image in the focus of another parabola, 1/(4f') = 1/(4f) + 2
+// sqrt(3) a/R^2, moved by -sqrt(3) a. The spot is that of the perfect mirror only there.
 TEST(ForwardModel, WavesFocusAMirrorWithKnownDefocusWhereTheOtherParabolaDoes) {
   constexpr double kHeight = 120e-9, kRadius = kDiameter / 2;
   const Mirror plain{2.8, -1, {}};
@@ -80,13 +81,12 @@ TEST(ForwardModel, WavesFocusAMirrorWithKnownDefocusWhereTheOtherParabolaDoes) {
         1, nullptr);
   };
   const Eigen::VectorXd perfect = radii(plain, 0), found = radii(defocused, shift);
-  // The scale of the image goes with f' - f, 1e-4; the rest is the paraxial defocus of f/7, t^2/2 of 1e-4.
+  // The scale of the image changes by f' - f, 1e-4; the rest is the paraxial defocus of f/7, t^2/2 of 1e-4.
   EXPECT_LT((found.array() / perfect.array() - 1).abs().maxCoeff(), 5e-4);
   EXPECT_GT(radii(defocused, 0)[0] / perfect[0], 1.5);
   EXPECT_GT(radii(defocused, -shift)[0] / perfect[0], 2);
 }
 
-// Central differences of the values: of second order in the step.
 TEST(ForwardModel, GradientsAreThoseOfTheValuesWithKnownZernikesToo) {
   const TermSet terms = zernikes(6);
   const Eigen::VectorXd at = draw(terms, 60e-9, 5);

@@ -1,4 +1,4 @@
-// Derivatives over terms by sums over blocks of cells against cell by cell.
+// Derivatives over terms by sums over blocks of grid cells, against cell by cell.
 #include "../../src/forward/height_blocks.h"
 
 #include <gtest/gtest.h>
@@ -32,9 +32,9 @@ TEST(HeightBlocks, AreAsManyACycleAsPromised) {
   EXPECT_EQ(height_block_side(terms, cycle / (3.01 * kBlocksACycle), kFewestBlockedCells - 1), 1);
 }
 
-// Of weights that vary over the pupil as those of light do, more quickly than the terms: to pi^2/(6 b^2) of
-// the largest, b blocks a cycle, and a little more for Zernikes, whose waves are no plane ones: 1.18 of it
-// seen; with blocks up to the rim, nine times.
+// The weights vary over the pupil faster than the terms, as in a fit by waves. The error is pi^2/(6 b^2) of
+// the largest derivative for b blocks per cycle. Zernikes, which are no plane waves, have up to 1.18 times
+// that (seen); with blocks up to the rim, nine times.
 TEST(HeightBlocks, ComeNearTheProductsOfCells) {
   constexpr double kZernikes = 1.3;
   const TermSet terms = zernikes(16);
@@ -60,7 +60,7 @@ TEST(HeightBlocks, ComeNearTheProductsOfCells) {
     }
 }
 
-// No cell is in no block, and a block of one cell is the cell.
+// Every cell is in a block, and a block of one cell is the cell.
 TEST(HeightBlocks, OfOneCellAreExact) {
   const TermSet terms = zernikes(9);
   const PupilSample pupil = diffraction_pupil(CircleAperture{kDiameter}, kFocal, kDiameter / 41).sample;

@@ -1,4 +1,4 @@
-// Rays of a surface whose roughness is partly slopes of the rays' own.
+// Rays of a surface whose roughness is partly an independent slope of each ray.
 #include "aberfit/theory/scattered_rays.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ GeometricHarveyShack theory_of(const RadialPsd& psd) {
 TermSet low_terms() {
   TermSet terms;
   terms.radius = kDiameter / 2;
-  terms.zernike = zernike_modes(1, 30);  // 20 cycles/m are 8 across: all of them
+  terms.zernike = zernike_modes(1, 30);  // 20 cycles/m are 8 across, so these terms cover them
   return terms;
 }
 
@@ -60,7 +60,7 @@ TEST(ScatteredRays, SlopesAreGaussianAndKnowNothingOfThePupil) {
       EXPECT_NEAR(u.mean(), 0, 1e-3);
       EXPECT_NEAR(u.square().mean(), 1, 3e-3);
       EXPECT_NEAR(u.pow(4).mean(), 3, 0.03);
-      // Of n independent pairs: standard error 1/sqrt(n).
+      // Standard error of n independent pairs: 1/sqrt(n).
       for (const Eigen::ArrayXd* of : {&pupil.x, &pupil.y}) {
         const Eigen::ArrayXd where = *of / (0.25 * kDiameter);
         EXPECT_LT(std::abs((u * where).mean()), 4 / std::sqrt(n));
@@ -69,14 +69,14 @@ TEST(ScatteredRays, SlopesAreGaussianAndKnowNothingOfThePupil) {
     }
     EXPECT_LT(std::abs((field.slope_x * field.slope_y).mean()) / (slope * slope), 4 / std::sqrt(n));
     if (layout == PupilLayout::kPolar) continue;
-    // Dealt out at random, another seed is independent; on top of what is there.
+    // Another seed gives independent slopes, which add to the present ones.
     SurfaceField more = field;
     add_scatter(*split, pupil, 10, &more);
     EXPECT_NEAR((more.slope_x.square().mean()) / (2 * slope * slope), 1, 0.02);
   }
 }
 
-// A mirror that has nothing but its scatter is Harvey-Shack's.
+// A mirror with nothing but its scatter follows Harvey-Shack.
 TEST(ScatteredRays, OfAPerfectMirrorAreTheTheory) {
   const auto split = split_at(kCut);
   const GeometricHarveyShack theory = theory_of(split->rest());
@@ -90,15 +90,15 @@ TEST(ScatteredRays, OfAPerfectMirrorAreTheTheory) {
                             statistics, 2, nullptr);
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const double expected = theory(statistics[k]), error = fresh.standard_error[Eigen::Index(k)];
-    // Student's t with 7 degrees of freedom: 5.4 is one in a thousand.
+    // Student's t with 7 degrees of freedom exceeds 5.4 once in a thousand.
     EXPECT_NEAR(fresh.value[Eigen::Index(k)], expected, 5.4 * error + 1e-9 * expected)
         << statistic_name(statistics[k]);
     EXPECT_LT(error, 5e-3 * expected) << statistic_name(statistics[k]);
   }
 }
 
-// Terms of the low part and slopes of the rest, on average over mirrors, are Harvey-Shack of the whole,
-// wherever the cut; without the slopes they are not.
+// Terms of the low part and slopes of the rest, on average over mirrors, follow Harvey-Shack of the whole for
+// any cut. Without the slopes they do not.
 TEST(ScatteredRays, WithTermsBelowTheCutAreTheTheoryOfTheWhole) {
   const GeometricHarveyShack theory = theory_of(kPsd);
   const TermSet terms = low_terms();

@@ -1,4 +1,3 @@
-// The stated error of a forward model beside the actual one.
 #include "aberfit/forward/statistics_with_error.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +21,7 @@ struct Surface {
   TermSet terms;
   Eigen::VectorXd coefficients;
 
-  // A draw of a uniform PSD up to 13 cycles/m.
+  // A realisation of a uniform PSD up to 13 cycles/m.
   Surface(double rms, int n_max) {
     terms.radius = kDiameter / 2;
     terms.zernike = zernike_modes(2, n_max);
@@ -38,8 +37,8 @@ struct Surface {
 
 double rms(const Eigen::ArrayXd& values) { return std::sqrt(values.square().mean()); }
 
-// Eight scrambles know their spread by 7 degrees of freedom: (value - truth)/error is distributed as t_7,
-// whose root mean square is 1.18; over 24 seeds it spreads by a fifth. Seen: 0.76 to 1.5.
+// Eight scrambles give their spread with 7 degrees of freedom: (value - truth)/error is distributed as t_7,
+// whose root mean square is 1.18. Over 24 seeds it varies by a fifth; seen: 0.76 to 1.5.
 TEST(StatisticsWithError, OfRaysIsTheActualSamplingErrorAndFallsFasterThanThatOfRandomPoints) {
   const Surface surface(200e-9, 16);
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.2, 0},
@@ -79,8 +78,8 @@ TEST(StatisticsWithError, OfRaysIsTheActualSamplingErrorAndFallsFasterThanThatOf
   RecordProperty("largest_power_of_rays_in_percent", int(100 * power.maxCoeff()));
 }
 
-// Scenes of every shape, slow and fast, smooth and rough: truth is the mean of two grids four times as fine
-// again, whose own errors are a tenth and less.
+// Scenes of every aperture shape, slow and fast, smooth and rough. The truth is the mean of two grids four
+// times as fine, with errors of a tenth and less.
 TEST_WITH_SHORT_FORM(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenCasesOfTwenty) {
   struct Scene {
     Aperture aperture;
@@ -112,8 +111,8 @@ TEST_WITH_SHORT_FORM(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenC
         statistics.push_back(RingThrough{radius * unit, waves * 8 * unit * f_number});
     for (const double fraction : {0.2, 0.5, 0.8, 0.9})
       statistics.push_back(EncircledEnergyRadius{fraction, 0});
-    for (const std::uint64_t seed : test::all_or_few(whole, std::vector<std::uint64_t>{3, 4},
-                                                     {0})) {  // not those that the bound was chosen with
+    for (const std::uint64_t seed :
+         test::all_or_few(whole, std::vector<std::uint64_t>{3, 4}, {0})) {  // not the seeds behind the bound
       const Eigen::VectorXd coefficients = prior.colour(draw_white(prior.size(), seed));
       const auto on_grid = [&](double pitch) {
         return statistics_with_error(lit, {FocusModel::kWaves, 0, 1, pitch}, terms, coefficients, statistics,
@@ -137,15 +136,14 @@ TEST_WITH_SHORT_FORM(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenC
     return values[values.size() / 2];
   };
   EXPECT_GE(held, 0.95 * cases) << held << " of " << cases;
-  if (whole) {  // of two scenes alone the medians say little
+  if (whole) {  // two scenes give no useful median
     EXPECT_LE(median(bounds), 5 * median(errors));
   }
   RecordProperty("held_in_permille", int(1000.0 * held / cases));
   RecordProperty("bound_over_median_error_in_percent", int(100 * median(bounds) / median(errors)));
 }
 
-// The order that the bound stands on: halving the pitch takes a quarter of it or less, all statistics
-// together.
+// The bound assumes this order: half the pitch reduces the errors of all statistics together to a quarter.
 TEST_WITH_SHORT_FORM(StatisticsWithError, OfWavesFallsWithTheSquareOfThePitch) {
   const Surface surface(40e-9, 24);
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.2, 0},    EncircledEnergyRadius{0.5, 0},
@@ -163,7 +161,7 @@ TEST_WITH_SHORT_FORM(StatisticsWithError, OfWavesFallsWithTheSquareOfThePitch) {
   }
 }
 
-// 2 um of defocus: at the rim 3.8 rad from cell to cell of the coarser grids, 2.8 of the grid itself.
+// 2 um of defocus give 3.8 rad at the rim from cell to cell of the coarser grids, and 2.8 on the grid itself.
 TEST(StatisticsWithError, AllOrNothingGivesUpWhereACoarserGridHasNoPattern) {
   Surface surface(40e-9, 2);
   surface.coefficients = Eigen::Vector3d(0, 2e-6, 0);
@@ -180,7 +178,7 @@ TEST(StatisticsWithError, AllOrNothingGivesUpWhereACoarserGridHasNoPattern) {
   EXPECT_TRUE(nothing.standard_error.array().isNaN().all());
   EXPECT_EQ(nothing.rays, some.rays);
   EXPECT_TRUE(nothing.errors_are_bounds);
-  // 3.2 rad: half a percent of the cells alias on a grid that tells the error, which says so.
+  // At 3.2 rad half a percent of the cells alias on a comparison grid, and the error includes it.
   const FreshStatistics truth = seen(512, true), hardly = seen(236, true);
   ASSERT_TRUE(hardly.value.allFinite() && hardly.standard_error.allFinite());
   for (Eigen::Index k = 0; k < 2; ++k)
@@ -190,8 +188,8 @@ TEST(StatisticsWithError, AllOrNothingGivesUpWhereACoarserGridHasNoPattern) {
   EXPECT_TRUE(finer.value == all.value && finer.standard_error == all.standard_error);
 }
 
-// A rough surface: on some grids more phases alias than may where no closer look follows, and fewer than the
-// grids that tell the error show.
+// On some grids of a rough surface more phases alias than kMostAliased allows. With all_or_nothing the limit
+// is higher, and the stated error covers them.
 TEST(StatisticsWithError, WhereACloserLookMayFollowAliasedPhasesAreInTheError) {
   const Surface surface(300e-9, 24);
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 0}};

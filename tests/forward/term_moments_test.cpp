@@ -1,5 +1,4 @@
-// Height, slope and scatter of term surfaces against closed forms and 200 digits, whatever the grid of the
-// light.
+// Height, slope and scatter of term surfaces against closed forms and 200 digits, on any grid.
 #include "aberfit/forward/term_moments.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +21,7 @@ namespace aberfit {
 namespace {
 
 constexpr double kFocal = 2.0, kRadius = 0.2, kPi = std::numbers::pi;
-// What is promised; 2e-13 was seen.
+// The promised error; 2e-13 was seen.
 constexpr double kPromised = 1e-11;
 
 struct Surface {
@@ -46,11 +45,10 @@ Surface some_modes(int n_max, int every, std::uint64_t seed) {
   return surface;
 }
 
-// On their own disc: heights are orthonormal. Of two modes of the same signed m the one of lower order has a
-// Laplacian that the other is orthogonal to, so that Green's theorem leaves the rim, where R = 1 and R' = (n
-// (n
-// + 2) - m^2)/2 of the lower: the mean of the product of the gradients is sqrt((n + 1)(n' + 1)) (n_min (n_min
-// + 2) - m^2)/R^2.
+// Heights are orthonormal on their own disc. Of two modes of the same signed m, the lower order has a
+// Laplacian orthogonal to the other, so Green's theorem leaves the rim. There R = 1 and R' = (n (n + 2) -
+// m^2)/2 of the lower. The mean product of the gradients is sqrt((n + 1)(n' + 1)) (n_min (n_min + 2) -
+// m^2)/R^2.
 TermMoments on_the_disc(const Surface& s) {
   double height = 0, slope = 0;
   for (std::size_t j = 0; j < s.terms.zernike.size(); ++j) {
@@ -67,8 +65,8 @@ TermMoments on_the_disc(const Surface& s) {
   return {std::sqrt(height), std::sqrt(slope / 2) / kRadius};
 }
 
-// On an annulus of the disc, in 200 digits: R = rho^m q(s), s = rho^2, and every integral over the area is
-// one of a polynomial over s.
+// On an annulus, in 200 digits: R = rho^m q(s), s = rho^2, so integrals over the area are those of
+// polynomials.
 TermMoments on_an_annulus(const Surface& surface, double inner) {
   using zernike_exact::Real;
   using Polynomial = std::vector<Real>;  // of s
@@ -176,7 +174,7 @@ TEST(TermMoments, OfWavesUpTo60CyclesAcrossAreTheClosedForms) {
 }
 
 // Root mean square and mean of the angle between two unit vectors by another rule, three times as fine, and
-// the one-mode-at-a-time Zernikes.
+// by the one-mode-at-a-time Zernikes.
 std::pair<double, double> angles(const Mirror& mirror, const Surface& surface, double inner) {
   const int n_max = surface.terms.zernike.back().n;
   const Quadrature radial = gauss_legendre(3 * n_max + 40, inner * inner, kRadius * kRadius);
@@ -193,8 +191,8 @@ std::pair<double, double> angles(const Mirror& mirror, const Surface& surface, d
         p += surface.coefficients[Eigen::Index(j)] / kRadius * z.dx;
         q += surface.coefficients[Eigen::Index(j)] / kRadius * z.dy;
       }
-      // Half the angle between the rays is that between the normals but for the turn out of their plane:
-      // exact from the chord of the two directions of PHYSICS 1.
+      // Half the angle between the rays is that between the normals, except for the turn out of their plane.
+      // It is exact from the chord of the two directions of PHYSICS 1.
       const auto direction = [](double a, double b) {
         const double g2 = a * a + b * b;
         return std::array<double, 3>{-2 * a / (1 + g2), -2 * b / (1 + g2), (1 - g2) / (1 + g2)};
@@ -215,7 +213,7 @@ FreshStatistics seen(const Mirror& mirror, const Aperture& aperture, const Surfa
                                surface.coefficients, statistics, 2, nullptr);
 }
 
-// On grids of a few cells per cycle at most, and few rays: it is not them who measure.
+// The grids have at most a few cells per cycle, and the rays are few, because moments do not depend on them.
 TEST_WITH_SHORT_FORM(TermMoments, ReachEveryModelWhateverItsGrid) {
   Mirror mirror{kFocal, -0.9, {}};
   mirror.zernike = {{{2, 2}, 100e-9}, {{3, 1}, 60e-9}};
@@ -241,7 +239,7 @@ TEST_WITH_SHORT_FORM(TermMoments, ReachEveryModelWhateverItsGrid) {
     }
 }
 
-// The mean angle has kinks: its error is the stated one as a root mean square over surfaces.
+// The mean angle has kinks; its stated error is a root mean square over surfaces.
 TEST_WITH_SHORT_FORM(TermMoments, MeanAngleErrsAsStated) {
   const Mirror mirror{kFocal, -1, {}};
   PolygonAperture hexagon;
@@ -269,8 +267,8 @@ TEST_WITH_SHORT_FORM(TermMoments, MeanAngleErrsAsStated) {
   EXPECT_GT(error, kMeanAngleError / 3);
 }
 
-// Waves of thousands of cycles across would need more points than a machine holds: then the points that see
-// the light tell what they can, with the error that they have.
+// Waves of thousands of cycles across would need more points than memory holds. The points of the statistics
+// then give the moments, with their error.
 TEST(TermMoments, AreLeftToTheRaysWhereTheOrderIsOutOfReach) {
   Surface surface;
   surface.terms.fourier = {{20000, 0}, {0, 9000}};
@@ -285,7 +283,7 @@ TEST(TermMoments, AreLeftToTheRaysWhereTheOrderIsOutOfReach) {
   EXPECT_NEAR(found.value[0], std::sqrt(2.0) * 1e-12, 6 * found.standard_error[0] + 1e-3 * found.value[0]);
 }
 
-// By rays the statistics are those of the points that rays may take: a margin counts.
+// Statistics by rays use only the points inside the margin.
 TEST(TermMoments, OfRaysAreThoseInsideTheMargin) {
   const Surface surface = some_modes(12, 1, 8);
   const Mirror mirror{kFocal, -1, {}};

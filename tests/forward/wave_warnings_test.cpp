@@ -1,4 +1,4 @@
-// Why a statistic of waves is not there: one small mirror on a grid of 32 cells.
+// Warnings name the reason why a statistic by waves is missing, here on a grid of 32 cells.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct Scene {
   LightPath path() const {
     return {mirror, pupil, surface, FocusModel::kWaves, kWavelength, &aperture, Centre::kNominal};
   }
-  /// 20 nm of each term.
+  /// height: of each term [m].
   Warnings warnings(const std::vector<Statistic>& statistics, double height = 20e-9) const {
     Warnings found;
     const Eigen::VectorXd coefficients = Eigen::VectorXd::Constant(surface.terms().size(), height);
@@ -57,7 +57,8 @@ TEST(WaveWarnings, StatisticMissingBeyondTheFieldOfView) {
   EXPECT_TRUE(scene.warnings({RingThrough{0.8 * kCells / 2 * grain, 0}}).empty());
 }
 
-// The scatter of a perfect mirror is 0, a corner of the root of its squares: a fit is told, a value exists.
+// The scatter of a perfect mirror is 0, where the root of a sum of squares has no derivative. A fit gets a
+// warning, although a value exists.
 TEST(WaveWarnings, StatisticMissingWhereTheSurfaceMovesNoRay) {
   const Scene scene;
   const auto model = make_forward_model(scene.path(), {ScatterRms{}}, 1);
@@ -76,8 +77,8 @@ TEST(WaveWarnings, StatisticMissingWhereTheSurfaceMovesNoRay) {
   }));
 }
 
-// A grid that shows the focus may be too coarse for the defocus of another plane: the plane is named, not the
-// field of view of the focus.
+// A grid that is fine enough for the focus may be too coarse for the defocus of another plane. The warning
+// names that plane, not the field of view of the focus.
 TEST(WaveWarnings, TheReasonIsThatOfThePlaneThatHasNoPattern) {
   const Scene scene;
   const double grain = kWavelength * kFocal / kDiameter, depth = 8 * grain * kFocal / kDiameter;

@@ -18,7 +18,7 @@ struct FuzzTarget {
   std::size_t longest = 4096;                       ///< bytes worth trying
 };
 
-std::vector<FuzzTarget> unit_targets();      ///< quantities and units; expressions of a study
+std::vector<FuzzTarget> unit_targets();      ///< quantities and units
 std::vector<FuzzTarget> measured_targets();  ///< one a format of measured files, and masks
 std::vector<FuzzTarget> table_targets();     ///< PSD tables, coefficients, light, sweeps
 std::vector<FuzzTarget> study_targets();     ///< studies

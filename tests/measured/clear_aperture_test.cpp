@@ -1,4 +1,4 @@
-// Clear apertures, masks and eroded rims against counts of samples by their own rules.
+// Tests clear apertures, masks and eroded rims against independent counts of samples.
 #include "aberfit/measured/clear_aperture.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Index;
 
-// 41 x 31 points a millimetre apart, off the origin; what `valid` leaves.
+// 41 x 31 points with a pitch of 1 mm, away from the origin; NaN where `valid` is false.
 HeightMap map_of(const std::function<bool(double, double)>& valid = {}) {
   HeightMap map;
   map.pitch_x = map.pitch_y = 1e-3;
@@ -35,7 +35,7 @@ ClearPart part_of(ClearAperture aperture) {
   return part;
 }
 
-// The map that is left is the one that a rule in (x, y) from the middle of the grid [m] leaves.
+// Expects that exactly the points remain for which `rule` of (x, y) from the middle of the grid [m] is true.
 void expect_left(HeightMap map, const ClearPart& part, const std::function<bool(double, double)>& rule,
                  const std::string& mask = "", bool bottom_first = false) {
   Measurement data = map;
@@ -57,8 +57,7 @@ TEST(ClearAperture, LengthsAndPercentagesCutCirclesAnnuliAndRectangles) {
     return [=](double x, double y) { return std::hypot(x, y) <= radius * (1 + 1e-6); };
   };
   expect_left(map_of(), part_of({ClearCircle{{24e-3, false}}, {}}), within(12e-3));
-  // The circle around all points of a rectangle of 40 x 30 mm has a diameter of 50 mm, that of a disc its
-  // own.
+  // The circle around all points of a rectangle of 40 x 30 mm has a diameter of 50 mm.
   expect_left(map_of(), part_of({ClearCircle{{60, true}}, {}}), within(15e-3));
   expect_left(map_of(within(13e-3)), part_of({ClearCircle{{50, true}}, {}}), within(6.5e-3));
   expect_left(map_of(), part_of({ClearAnnulus{{40, true}, {20, true}}, {}}), [](double x, double y) {
@@ -69,7 +68,7 @@ TEST(ClearAperture, LengthsAndPercentagesCutCirclesAnnuliAndRectangles) {
 }
 
 TEST(ClearAperture, IsAboutTheMiddleOfTheValidDataOrMovedFromIt) {
-  // Valid points right of x = 0: the rectangle is about (10 mm, 0).
+  // Only points right of x = 0 are valid, so the rectangle is about (10 mm, 0).
   const auto right = [](double x, double) { return x >= 0; };
   expect_left(map_of(right), part_of({ClearRectangle{{50, true}, {100, true}}, {}}),
               [](double x, double) { return std::abs(x - 10e-3) <= 5.0001e-3; });
@@ -108,7 +107,7 @@ TEST(ClearAperture, TakesAMaskWithItsTopRowFirst) {
   expect_left(
       map_of(), part,
       [](double x, double y) { return y < 14.5e-3 && std::abs(x - 1e-3 * (3 - 20)) > 0.5e-3; }, part.mask);
-  // As its map has it.
+  // With bottom_first, the first line of the mask is the lowest row.
   expect_left(
       map_of(), part,
       [](double x, double y) { return y > -14.5e-3 && std::abs(x - 1e-3 * (3 - 20)) > 0.5e-3; }, part.mask,
@@ -165,7 +164,7 @@ TEST(ClearAperture, RefusesWhatDoesNotFit) {
   EXPECT_NE(refused(profile, mask).find("a mask is for maps"), std::string::npos);
   EXPECT_NE(refused(without_pitch, circle).find("pitch"), std::string::npos);
   EXPECT_NE(refused(map_of(), away).find("no sample is left"), std::string::npos);
-  for (const double times : {1.999, 2.001})  // the circle around all has 50 mm
+  for (const double times : {1.999, 2.001})  // the circle around all points has a diameter of 50 mm
     EXPECT_EQ(refused(map_of(), part_of({ClearCircle{{times * 50e-3, false}}, {}})).find("more than twice") !=
                   std::string::npos,
               times > 2);

@@ -28,7 +28,7 @@ HeightMap read_text(const std::string& text, const std::function<void(MeasuredSo
   return read_codev_int(source);
 }
 
-// The format by the shortest way: title, header in the order CODE V documents it, numbers; top row first.
+// A minimal independent reader: title, header in the order that CODE V documents, numbers; top row first.
 HeightMap independent(const std::string& text) {
   std::istringstream in(text);
   std::string title, grd, type, wvl, ssz, nda;
@@ -83,9 +83,9 @@ TEST(CodeVInt, ReadsCommentsFreeLineBreaksAndAnyLineEnd) {
   EXPECT_TRUE(std::isnan(map.height(0, 1)));
   EXPECT_NEAR(map.height(0, 2), 6 * 0.5e-9, 1e-24);
   EXPECT_EQ(map.label, "A title");
-  // A blank title, or none.
+  // The title may be blank or missing.
   EXPECT_EQ(read_text("\nGRD 2 1 SUR WVL 1 SSZ 1\n1 2\n").columns(), 2);
-  // A title that looks like a header is still the title.
+  // A title that looks like a header is still a title.
   EXPECT_EQ(read_text("GRD 9 9 old\nGRD 2 1 SUR WVL 1 SSZ 1\n1 2\n").columns(), 2);
 }
 
@@ -116,7 +116,7 @@ TEST(CodeVInt, PitchComesFromTheOptionAndXscStretchesTheColumns) {
   EXPECT_EQ(square.pitch_x, 2e-3);
   EXPECT_EQ(square.pitch_y, 2e-3);
   EXPECT_NEAR(square.x0, -2e-3, 1e-18);
-  // Width = 3 heights of 2 x 2 mm, in three columns.
+  // The width is 3 times the height of 2 x 2 mm, in three columns.
   const HeightMap wide = read_text("t\nGRD 3 2 SUR WVL 1 SSZ 1 XSC 3\n1 2 3 4 5 6\n", pitch);
   EXPECT_NEAR(wide.pitch_x, 4e-3, 1e-18);
   EXPECT_EQ(wide.pitch_y, 2e-3);
@@ -131,7 +131,7 @@ TEST(CodeVInt, WavelengthMayComeFromTheOption) {
 }
 
 TEST(CodeVInt, RoundTripsThroughBothReaders) {
-  // Lying across zero, above it and below it: a scale from the signed maximum fails for the last.
+  // Maps around zero, above and below it. A scale from the signed maximum would fail for the last.
   for (const double offset : {0.0, 3e-6, -3e-6})
     for (const auto& [rows, columns] : {std::pair{5, 9}, std::pair{12, 6}, std::pair{40, 40}}) {
       const HeightMap map = test::marker_map(rows, columns, 1e-3, offset);
@@ -141,7 +141,7 @@ TEST(CodeVInt, RoundTripsThroughBothReaders) {
       test::expect_same_map(independent(text), map, bound);
       const HeightMap scaled = read_text(text, [](MeasuredSource* s) { s->pitch = 1e-3; });
       EXPECT_NEAR(scaled.pitch_x, 1e-3, 1e-11);
-      // Records of at most 80 characters, each ended by CR LF.
+      // Records have at most 80 characters and end with CR LF.
       for (std::size_t begin = 0; begin < text.size();) {
         const std::size_t end = text.find('\n', begin);
         ASSERT_NE(end, std::string::npos);

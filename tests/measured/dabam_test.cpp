@@ -1,5 +1,5 @@
-// DABAM files written by the tests against what was put in, real ones against a second, plain parser, and
-// what damaged ones are told.
+// DABAM files made by the test are compared with their input, real files with a second, simple parser;
+// damaged files must be read or refused.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,13 +14,12 @@
 namespace aberfit::test {
 namespace {
 
-// A number of the metadata, found in the text of the JSON.
 double metadata_number(const std::string& json, const std::string& key, double otherwise) {
   const std::size_t at = json.find("\"" + key + "\"");
   return at == std::string::npos ? otherwise : std::strtod(json.c_str() + json.find(':', at) + 1, nullptr);
 }
 
-// As numpy.loadtxt does it: skip the header, split at blanks.
+// Reads rows as numpy.loadtxt does: skip the header, split at blanks.
 std::vector<std::vector<double>> plain_rows(const std::string& path, int skip) {
   std::istringstream file(file_bytes(path));
   std::vector<std::vector<double>> rows;
@@ -40,12 +39,12 @@ struct Expected {
   std::size_t scans;
   Eigen::Index points;
   ProfileQuantity quantity;
-  double length;  // of the scan [m], from the README and the metadata; NaN where they do not say it
+  double length;  // length of the scan [m], from the README and the metadata; NaN if not stated
 };
 
 constexpr ProfileQuantity kSlope = ProfileQuantity::kSlope, kHeight = ProfileQuantity::kHeight;
-// Counts of rows by `wc -l` less the header; scan lines and quantities from the README and the metadata. The
-// columns of 010 are height, residual height, slope and residual slope of one scan line.
+// Row counts are from `wc -l` minus the header; scan lines and quantities are from the README and the
+// metadata. The columns of 010 are height, residual height, slope and residual slope of one scan line.
 const Expected kExpected[] = {
     {"001", 1, 1201, kSlope, 1.2},     {"004", 1, 161, kSlope, 0.032},    {"007", 1, 100, kSlope, 0.099},
     {"010", 1, 435, kHeight, 0.44268}, {"019", 1, 1751, kSlope, 0.350},   {"022", 1, 2261, kSlope, 1.130},
@@ -73,7 +72,7 @@ TEST_F(DabamOnRealData, EveryFileReadsAsASecondParserReadsIt) {
       EXPECT_EQ(profile.quantity, expected.quantity);
       EXPECT_EQ(valid_count(profile), expected.points);
       EXPECT_NE(profile.label.find(expected.id), std::string::npos);
-      // The product of two doubles, rounded once on both sides.
+      // The product of two doubles is rounded once on both sides.
       constexpr double kRounding = 1e-15;
       for (Eigen::Index i = 0; i < profile.size(); ++i) {
         const std::vector<double>& row = rows[std::size_t(i)];
@@ -83,7 +82,7 @@ TEST_F(DabamOnRealData, EveryFileReadsAsASecondParserReadsIt) {
         ASSERT_LE(std::abs(profile.value[i] - y), kRounding * std::abs(y)) << "row " << i;
         ASSERT_TRUE(i == 0 || profile.x[i] > profile.x[i - 1]) << "row " << i;
       }
-      // Stated ends are rounded to a pitch at most.
+      // Stated lengths are rounded to about a pitch.
       const double length = profile.x[profile.size() - 1] - profile.x[0];
       EXPECT_NEAR(length, expected.length, 1e-3 * expected.length);
     }
@@ -91,7 +90,7 @@ TEST_F(DabamOnRealData, EveryFileReadsAsASecondParserReadsIt) {
 }
 
 TEST_F(DabamOnRealData, RmsSlopesAreWhatTheOwnersState) {
-  // Detrended by their owners already; their instruments, not ours, define the last percents.
+  // The owners detrended these profiles; the last per cent depends on their instruments.
   struct Case {
     const char* id;
     double stated;
@@ -103,7 +102,7 @@ TEST_F(DabamOnRealData, RmsSlopesAreWhatTheOwnersState) {
   }
 }
 
-// Layouts as owners have them, and the scan lines that were put in, [m] and [m] or [rad].
+// A layout of the columns, and the scan lines in the file [m] and [m] or [rad].
 struct Layout {
   const char* name;
   DabamFile file;
@@ -111,7 +110,7 @@ struct Layout {
   std::vector<std::pair<std::vector<double>, std::vector<double>>> scans;
 };
 
-// A slope or height that no other position, scan or column shares.
+// A slope or height that differs for every position, scan and column.
 double made_value(std::size_t i, std::size_t scan) {
   return 1e-7 * std::sin(0.1 * double(i) + double(scan)) + 1e-9 * double(scan);
 }
@@ -126,7 +125,7 @@ std::vector<Layout> layouts() {
     for (std::size_t i = 0; i < kPoints; ++i) {
       std::vector<double> row;
       for (std::size_t scan = 0; scan < scans; ++scan) {
-        // Pitch 0.5 mm, every position off by up to 2 % of it; pairs have positions of their own.
+        // The pitch is 0.5 mm, and every position is off by up to 2 % of it; each pair has its own positions.
         const double wobble = std::cos(2.3 * double(i) + (pairs ? double(scan) : 0));
         const double x = -0.02 + 5e-4 * (double(i) + 0.02 * wobble), y = made_value(i, scan);
         if (scan == 0 || pairs) row.push_back(x / x_factor);
@@ -163,7 +162,7 @@ std::vector<Layout> layouts() {
       kSlope, 4, 1e-3, 1e-6, true);
   add("pairs of heights in nm over um", {4, {"x z x z"}, R"("X1_FACTOR": 1e-6, "Y1_FACTOR": 1e-9)", " ", {}},
       kHeight, 2, 1e-6, 1e-9, true);
-  // Height, residual height, slope: one scan line and what was derived of it.
+  // Height, residual height, slope: one scan line and two columns derived from it.
   add("heights in nm and what follows from them",
       {2,
        {"X(mm) height residual slope"},
@@ -188,7 +187,7 @@ TEST(Dabam, EveryLayoutGivesWhatWasPutIn) {
       EXPECT_EQ(profiles[scan].quantity, layout.quantity);
       EXPECT_EQ(std::size_t(valid_count(profiles[scan])), x.size());
       EXPECT_NE(profiles[scan].label.find("077"), std::string::npos);
-      // Division by the factor, 17 digits, and multiplication: a rounding each.
+      // Division by the factor, 17 digits, and multiplication round once each.
       constexpr double kRounding = 4e-16;
       for (std::size_t i = 0; i < x.size(); ++i) {
         ASSERT_NEAR(profiles[scan].x[Eigen::Index(i)], x[i], kRounding * std::abs(x[i])) << i;
@@ -209,7 +208,6 @@ TEST(Dabam, TxtDatAndBareNameGiveTheSame) {
   }
 }
 
-// Writes both files and reads them.
 std::vector<Profile> read_text(const Scratch& scratch, const std::string& json, const std::string& data) {
   scratch.write("a.dat", data);
   return read_dabam(scratch.write("a.txt", json));
@@ -223,7 +221,7 @@ TEST(Dabam, AllFourFormatsGiveTheirQuantityAndScanLines) {
     SCOPED_TRACE(format);
     const auto profiles =
         read_text(scratch, "{\"FILE_FORMAT\": " + std::to_string(format) + ", " + more, rows);
-    ASSERT_EQ(profiles.size(), format >= 3 ? 2u : 1u);  // formats 1, 2: the factor of column 2 is another one
+    ASSERT_EQ(profiles.size(), format >= 3 ? 2u : 1u);  // formats 1, 2: the factor of column 2 differs
     EXPECT_EQ(profiles[0].quantity, format % 2 == 1 ? kSlope : kHeight);
     EXPECT_EQ(profiles[0].x[2], 2 * 0.001);
     EXPECT_EQ(profiles[0].value[2], 4 * 1e-6);
@@ -231,7 +229,7 @@ TEST(Dabam, AllFourFormatsGiveTheirQuantityAndScanLines) {
     EXPECT_EQ(profiles[1].x[2], 2.5);
     EXPECT_EQ(profiles[1].value[2], 40 * 1e-9);
   }
-  // Further pairs without factors of their own have the first's.
+  // Further pairs without their own factors use the first.
   const auto pairs =
       read_text(scratch, R"({"FILE_FORMAT": 3, "X1_FACTOR": 0.001, "Y1_FACTOR": "1e-6"})", rows);
   ASSERT_EQ(pairs.size(), 2u);
@@ -318,7 +316,7 @@ TEST(Dabam, EveryFaultIsToldWithItsPlace) {
 
 TEST(Dabam, DamagedFilesAreReadOrRefused) {
   const Scratch scratch;
-  // A short file: damages find their way into every part of it.
+  // The file is short, so that damage hits every part of it.
   DabamFile made = layouts()[3].file;
   made.rows.resize(24);
   const std::string json = made.metadata(), whole_lines = made.numbers();
@@ -327,7 +325,7 @@ TEST(Dabam, DamagedFilesAreReadOrRefused) {
   const MutationCounts of_data = read_mutations(whole_lines, data_path, 400, "DabamData", read);
   scratch.write("a.dat", whole_lines);
   const MutationCounts of_metadata = read_mutations(json, metadata_path, 400, "DabamMetadata", read);
-  // Both outcomes occur: the damages neither miss nor kill every file.
+  // Both outcomes must occur: the damage neither misses nor destroys every file.
   for (const MutationCounts& counts : {of_data, of_metadata}) {
     EXPECT_GT(counts.read, 20);
     EXPECT_GT(counts.refused, 100);

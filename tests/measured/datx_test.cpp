@@ -1,4 +1,4 @@
-// Against files that h5py and the HDF5 library wrote (write_instrument_files.py).
+// Tests against files written by h5py and the HDF5 library (write_instrument_files.py).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,6 @@ const std::string kFringes = instrument_file("marker-fringes.datx"),
 
 std::string double_bytes(double value) { return test::with_number(std::string(8, '\0'), 0, value); }
 
-// Replaces it everywhere.
 std::string replaced_all(std::string text, std::string_view from, std::string_view to) {
   EXPECT_NE(text.find(from), std::string::npos);
   for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size())
@@ -42,7 +41,7 @@ TEST(Datx, ReadsFringesWithScaleAndObliquityAndLengths) {
 TEST(Datx, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
   const ScratchFolder folder;
   const std::string bytes = test::read_file(kFringes);
-  // The parameters of X and Y stand in the heap.
+  // The parameters of X and Y are in the global heap.
   MeasuredSource source =
       map_source(folder.write("a.datx", replaced(replaced(bytes, double_bytes(0.25e-3), double_bytes(0)),
                                                  double_bytes(0.5e-3), double_bytes(0))));
@@ -62,7 +61,6 @@ TEST(Datx, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
     source.value_factor = 1e-6;
     EXPECT_EQ(refusal([&] { read_datx(source); }).pointer(), "option 'value_unit'");
   }
-  // A unit that nobody knows.
   source =
       map_source(folder.write("b.datx", replaced_all(bytes, "Fringes", std::string_view("Smoots\0", 7))));
   const InputError error = refusal([&] { read_datx(source); });
@@ -74,14 +72,14 @@ TEST(Datx, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
   source.value_in_waves = true;
   source.wavelength = 0.5 * 1.25 * 632.8e-9;
   test::expect_marker(read_datx(source), 1e-21);
-  // No wavelength, no unit.
+  // Neither wavelength nor unit is in the file.
   using Facts = std::vector<std::string>;
   const std::string bare = replaced_all(bytes, "Z Converter", "Z Converted");
   source = map_source(folder.write("c.datx", replaced_all(bare, "Wavelength", "Wavelengtx")));
   EXPECT_EQ(missing_facts(source), Facts{"wavelength"});
   source.wavelength = 632.8e-9;
   test::expect_marker(read_datx(source), 1e-21);
-  std::string unitless = bare;  // the attribute, not the converters' BaseUnit
+  std::string unitless = bare;  // changes the attribute, not the BaseUnit of the converters
   for (std::size_t at = 0; (at = unitless.find(std::string_view("Unit\0", 5), at)) != unitless.npos; ++at)
     if (unitless.substr(at - 4, 4) != "Base") unitless[at] = 'X';
   source = map_source(folder.write("d.datx", unitless));
@@ -100,7 +98,7 @@ TEST(Datx, RefusesWhatItCannotReadAndSaysWhere) {
   };
   const std::string bytes = test::read_file(kFringes), metres = test::read_file(kMetres);
   EXPECT_EQ(refused(replaced(bytes, "No Data", "No date")).pointer(), "attribute 'No Data'");
-  // Attribute and converter have to say the same, whichever is changed first.
+  // Attribute and converter must agree, whichever is changed first.
   for (const auto& [value, name] : {std::pair(632.8e-9, "Wavelength"),
                                     {0.5, "Interferometric Scale Factor"},
                                     {1.25, "Obliquity Factor"}}) {
@@ -122,10 +120,10 @@ TEST(Datx, RefusesWhatItCannotReadAndSaysWhere) {
   EXPECT_EQ(refused(bytes.substr(0, bytes.size() - 1)).pointer(), "byte 40");
   EXPECT_EQ(refused(with_number(bytes, 48, std::uint64_t(96))).pointer(), "byte 48");
   EXPECT_EQ(refused(metres.substr(0, metres.size() - 1)).pointer(), "byte 28");
-  // The first child of the root group's tree, beyond every file.
+  // The first child of the root group's tree points beyond the file.
   const std::size_t tree = bytes.find("TREE");
   EXPECT_EQ(refused(with_number(bytes, tree + 32, ~std::uint64_t(255))).found(), "another node of a group");
-  // A node whose child it is itself.
+  // A node is its own child.
   const std::string circle = with_number(with_number(bytes, tree + 5, std::uint8_t(1)), tree + 32, tree);
   EXPECT_TRUE(contains(refused(circle).found(), "in a circle"));
   for (const std::size_t length : {std::size_t(0), std::size_t(500), bytes.size() / 2, bytes.size() - 1})
@@ -137,7 +135,7 @@ TEST(Datx, RefusesWhatItCannotReadAndSaysWhere) {
 TEST(Datx, AsksForNoMoreOfATextThanTheHeapHas) {
   const ScratchFolder folder;
   const std::string bytes = test::read_file(kFringes);
-  // "Fringes": seven characters in the global heap.
+  // "Fringes" has seven characters in the global heap.
   const auto pointer = [&](std::uint32_t count) {
     const std::string heap = test::with_number(std::string(8, '\0'), 0, std::uint64_t(bytes.find("GCOL")));
     return test::with_number(std::string(4, '\0'), 0, count) + heap;
@@ -150,7 +148,7 @@ TEST(Datx, AsksForNoMoreOfATextThanTheHeapHas) {
   }
 }
 
-// The library asks for as much memory as headers claim, before it looks whether the file has it.
+// The library allocates the memory that a header claims before it checks whether the file has it.
 TEST(Datx, LooksAtHeadersBeforeTheLibraryDoes) {
   const ScratchFolder folder;
   const auto expect_refused = [&](const std::string& bytes, std::uint64_t claimed) {
@@ -160,15 +158,14 @@ TEST(Datx, LooksAtHeadersBeforeTheLibraryDoes) {
     EXPECT_TRUE(contains(error.allowed(), fmt::format("{} bytes from", claimed))) << error.allowed();
   };
   const std::string fringes = test::read_file(kFringes), metres = test::read_file(kMetres);
-  // Continuations of headers: a message of sixteen bytes, its place and length. The third is of an object
-  // that is not read.
+  // Continuations of headers: a message of sixteen bytes with place and length. The third one is not read.
   constexpr std::uint64_t kHuge = 0x2000000000000148;
   const std::string continuation("\x10\0\x10\0\0\0\0\0", 8);
   const std::size_t first = fringes.find(continuation), second = fringes.find(continuation, first + 1);
   for (const std::size_t at : {first, second})
     expect_refused(test::with_number(fringes, at + 16, kHuge), kHuge);
-  // Headers of the newer kind, the root's and a member's, of 16 bytes of times: their length, in one byte,
-  // said to be in eight.
+  // Headers of the newer kind, of the root and of a member, with 16 bytes of times. The flag is changed to
+  // claim that their length has eight bytes instead of one.
   for (const std::size_t at : {metres.find("OHDR"), metres.find("OHDR", metres.find("OHDR") + 1)}) {
     ASSERT_EQ(metres[at + 5], 0x20);
     std::uint64_t claimed;

@@ -1,4 +1,3 @@
-// Formats told apart by their content.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -54,7 +53,7 @@ TEST(DetectFormat, TellsEveryFormatByItsContent) {
       {"{\n \"aberfit\": 1 }", MeasuredFormat::kAuto},
       {"x_mm,height_nm\n0,1\n1,2\n", MeasuredFormat::kProfileText},
       {"# remarks\n3\t1\t5\n2\t1\t6\n1\tnan\t7\n", MeasuredFormat::kProfileText},
-      {"0 7 1\n1 7 2\n2 7 3\n", MeasuredFormat::kMapText},  // a row of points: y stays
+      {"0 7 1\n1 7 2\n2 7 3\n", MeasuredFormat::kMapText},  // a row of points: y stays constant
       {"x y z\n0 0 1\n1 0 2\n0 1 3\n1 1 4\n", MeasuredFormat::kMapText},
       {"0.5 0.6 0.7 0.8\n0.4 0.2 0.1 0\n0.6 0.5 0.4 0.1\n", MeasuredFormat::kMapText},
       {"# pitch = 1 mm\n0 1 2\n1 2 3\n", MeasuredFormat::kMapText},
@@ -64,14 +63,15 @@ TEST(DetectFormat, TellsEveryFormatByItsContent) {
       {long_rows, MeasuredFormat::kMapText},
       {long_profile, MeasuredFormat::kProfileText},
       {"some prose\nand more prose\n", MeasuredFormat::kAuto},
-      {"1\n2\n3\n", MeasuredFormat::kProfileText},  // whose reader says what is missing
+      {"1\n2\n3\n", MeasuredFormat::kProfileText},  // its reader reports what is missing
       {"Zygo XYZ Data File - Format 1\n1 2\n", MeasuredFormat::kZygoText},
       {"Zygo ASCII Data File - Format 2\r\n1 2\r\n", MeasuredFormat::kZygoText},
       {"Wyko ASCII Data File Format 0\t0\t1\nX Size\t4\n", MeasuredFormat::kWykoText},
       {"2\n2\n0.5\n0.25\n1\n2\noutside ellipse 1 1 1 1\nDIAM 200\n", MeasuredFormat::kDftfringe},
       {"# Channel: Height\n# Width: 2 mm\n# Height: 2 mm\n# Value units: m\n0 1\n1 3\n",
        MeasuredFormat::kMapText},
-      {"0 1 2 3 4\n1 5 2 9 4\n2 6 1 7 3\n3 4 8 1 2\n4 1 2 3 3\n", MeasuredFormat::kMapText},  // axes
+      // a matrix with axes
+      {"0 1 2 3 4\n1 5 2 9 4\n2 6 1 7 3\n3 4 8 1 2\n4 1 2 3 3\n", MeasuredFormat::kMapText},
       {std::string("x\0,\0z\0\n\0"
                    "0\0,\0"
                    "1\0\n\0"
@@ -102,7 +102,7 @@ TEST(DetectFormat, KnowsDabamByEitherFileAndByTheBareName) {
   slopes.write(scratch, "slopes"), many.write(scratch, "many"), bare.write(scratch, "bare");
   for (const char* name : {"slopes", "slopes.txt", "slopes.dat", "many.dat", "bare.dat"})
     EXPECT_EQ(to_string(detect_format(scratch.path(name))), "dabam") << name;
-  // The same numbers without their metadata are columns.
+  // The same numbers without metadata are columns.
   EXPECT_EQ(to_string(detect_format(scratch.write("lone.dat", bare.numbers()))), "profile");
 }
 
@@ -134,14 +134,14 @@ TEST(DetectFormat, AnyDamageLeavesAnAnswer) {
     const std::string path = scratch.path("a.dat");
     const MutationCounts counts =
         read_mutations(original, path, 200, "DetectFormat", [&] { detect_format(path); });
-    EXPECT_EQ(counts.read, 200);  // the file is there, so there is no fault to tell
+    EXPECT_EQ(counts.read, 200);  // reading the head of any file is valid
   }
 }
 
 }  // namespace
 }  // namespace aberfit::test
 
-// Known by the first bytes or by the name: the message says what it is and which way leads here.
+// For formats known by their first bytes or name, the message names the format and a way to convert it.
 TEST(ReadMeasurement, NamesFormatsThatAreKnownAndNotRead) {
   const aberfit::test::Scratch scratch;
   struct Case {
@@ -170,7 +170,7 @@ TEST(ReadMeasurement, NamesFormatsThatAreKnownAndNotRead) {
     EXPECT_NE(message.find(c.found), std::string::npos) << message;
     EXPECT_NE(message.find(c.allowed), std::string::npos) << message;
   }
-  // A name alone decides nothing where the content is known.
+  // If the content is known, the name is irrelevant.
   aberfit::MeasuredSource source;
   source.path = scratch.write("columns.sur", "x_mm,height_nm\n0,1\n1,2\n2,5\n");
   EXPECT_TRUE(std::holds_alternative<aberfit::Profile>(aberfit::read_measurement(source)));
@@ -190,7 +190,7 @@ TEST(ReadMeasurement, RefusesOptionsThatAFormatHasNoUseFor) {
   EXPECT_EQ(std::get<aberfit::HeightMap>(aberfit::read_measurement(source)).height(0, 0), 0);
 }
 
-// Beyond what any mirror is lies a wrong unit or a damaged file.
+// Values outside the range of any mirror indicate a wrong unit or a damaged file.
 TEST(ReadMeasurement, RefusesSizesThatNoMirrorHas) {
   const auto refused = [](const std::string& text, const std::string& where) {
     const std::string path = (std::filesystem::path(::testing::TempDir()) / "aberfit-insane.csv").string();

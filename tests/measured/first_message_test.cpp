@@ -1,4 +1,4 @@
-// The first message about a file of text has the cause: line, word and what to do.
+// The first message about a text file must give the cause: line, word and remedy.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -96,8 +96,7 @@ std::string utf16(const std::string& ascii, bool big_endian, bool mark) {
 TEST(TextTables, Utf16IsReadWithAndWithoutItsMark) {
   const Scratch scratch;
   std::string text = "x_mm,height_nm\r\n";
-  for (int i = 0; i < 9000; ++i)
-    text += fmt::format("{},{}\r\n", i, i % 7);  // longer than one block of reading
+  for (int i = 0; i < 9000; ++i) text += fmt::format("{},{}\r\n", i, i % 7);  // longer than one read block
   for (const bool big_endian : {false, true})
     for (const bool mark : {false, true}) {
       const Profile profile = read_profile(scratch, utf16(text, big_endian, mark));
@@ -125,7 +124,7 @@ TEST(TextTables, OtherSpellingsOfUnitsAndBlanksAreRead) {
     EXPECT_NEAR(profile.value[1] / (2 * c.value), 1, 1e-15) << c.header;
   }
   EXPECT_EQ(read_profile(scratch, "x_mm;height_nm\n0\u00a0;\u00a01\n1;2\n").size(), 2);
-  // The header says one unit and the option another.
+  // The header and the option give different units.
   MeasuredSource source;
   source.value_factor = 1e-9;
   const std::string message =
@@ -151,11 +150,11 @@ TEST(RoundedPositions, APitchPutsThemInEqualSteps) {
       const Profile profile = read_profile(scratch, file, source);
       ASSERT_EQ(profile.size(), 400);
       for (int i = 1; i < 400; ++i) EXPECT_NEAR(profile.x[i] - profile.x[i - 1], step, 1e-12);
-      // No position is further off than it is rounded in the file: half of 1e-3 m.
+      // No position is further off than its rounding in the file, half of 1e-3 m.
       const double first = descending ? 0.42 - 399 * step : -0.42;
       EXPECT_NEAR(profile.x[0], first, 0.5e-3);
       EXPECT_EQ(profile.value[descending ? 398 : 1], 1 * 1e-9);
-      // Another step than that of the rows is refused.
+      // A step that differs from that of the rows is refused.
       source.pitch = step * 1.02;
       EXPECT_NE(input_error([&] { read(scratch, file, source); }).find("option 'pitch'"), std::string::npos);
     }
@@ -165,7 +164,7 @@ TEST(RoundedPositions, APitchPutsThemInEqualSteps) {
             std::string::npos);
 }
 
-// Three digits are tenths of a millimetre up to 10 mm, and millimetres from 100 mm on.
+// With three digits, positions are rounded to 0.01 mm below 10 mm and to 1 mm above 100 mm.
 TEST(RoundedPositions, MayBeRoundedMoreWhereTheyAreLarger) {
   const Scratch scratch;
   for (const double step : {0.3, 0.21, 0.07}) {

@@ -34,7 +34,7 @@ HeightMap read_bytes(const std::string& bytes, const Options& options = surface)
   return read_fits(source);
 }
 
-// A header of fixed-format cards, by the standard's own words: key, "= ", value right-aligned in column 30.
+// A header of fixed-format cards as in the standard: key, "= ", value right-aligned in column 30.
 std::string header(const std::vector<std::pair<std::string, std::string>>& cards) {
   std::string text;
   for (const auto& [key, value] : cards) {
@@ -78,7 +78,7 @@ std::string six(int bits, const Cards& more = {{"BUNIT", "'nm      '"}}) {
   return filled(bytes);
 }
 
-// What POPPY sees: the first image, its BUNIT and PIXELSCL; read card by card, not through CFITSIO.
+// A second reader, without CFITSIO, of what POPPY uses: the first image, its BUNIT and PIXELSCL.
 struct Independent {
   std::map<std::string, std::string> keys;
   int columns = 0, rows = 0;
@@ -200,7 +200,7 @@ TEST(Fits, AsksWhetherItIsAWavefrontAndHalvesIt) {
   EXPECT_NEAR(read_bytes(six(16), [](MeasuredSource* s) { s->wavefront = true; }).height(1, 2), 3e-9, 1e-22);
 }
 
-// The words of PROPER's prop_writemap.
+// PROPER's prop_writemap writes these words.
 TEST(Fits, MaptypeSaysWhetherItIsAWavefront) {
   const auto typed = [](const std::string& type) {
     return six(16, {{"BUNIT", "'nm'"}, {"MAPTYPE", "'" + type + "'"}});
@@ -214,7 +214,7 @@ TEST(Fits, MaptypeSaysWhetherItIsAWavefront) {
   EXPECT_EQ(refusal([&] { read_bytes(typed("wavefront"), surface); }).pointer(), "option 'of'");
 }
 
-// Whoever writes another word there says how the map came to be, not what its numbers are.
+// Other words describe the origin of the map rather than its values.
 TEST(Fits, AMaptypeOfOtherWordsLeavesItToTheOption) {
   for (const char* type : {"measured", "synthetic", "Mirror map", "WFE", ""}) {
     const std::string bytes = six(16, {{"BUNIT", "'nm'"}, {"MAPTYPE", "'" + std::string(type) + "'"}});
@@ -257,7 +257,7 @@ TEST(Fits, FindsThePixelScale) {
             "PIXELSCL");
 }
 
-// The standard's axes, their steps in a unit of their own.
+// The standard's axes; their steps have their own unit.
 TEST(Fits, TakesThePitchFromTheAxesWhereTheyAreLengths) {
   const auto with = [](Cards cards) {
     cards.insert(cards.begin(), {"BUNIT", "'nm'"});
@@ -271,17 +271,17 @@ TEST(Fits, TakesThePitchFromTheAxesWhereTheyAreLengths) {
       with({{"CD1_1", "20.0"}, {"CD2_2", "30.0"}, {"CUNIT1", "'um'"}, {"CUNIT2", "'micron'"}});
   EXPECT_DOUBLE_EQ(matrix.pitch_x, 20e-6);
   EXPECT_DOUBLE_EQ(matrix.pitch_y, 30e-6);
-  // An axis that runs to the left, or downwards.
+  // The axes run to the left and downwards.
   const HeightMap left = with({{"CDELT1", "-1.0"}, {"CUNIT1", "'m'"}, {"CDELT2", "-1.0"}, {"CUNIT2", "'m'"}});
   EXPECT_EQ(left.pitch_x, 1);
   EXPECT_NEAR(left.height(0, 0), 6e-9, 1e-22);
   EXPECT_NEAR(left.height(1, 2), 1e-9, 1e-22);
-  // On the sky, without a unit, turned: the file does not say it.
+  // Axes on the sky, without a unit, or rotated give no pitch.
   EXPECT_EQ(with({{"CDELT1", "-1.0"}, {"CUNIT1", "'deg'"}, {"CDELT2", "1.0"}, {"CUNIT2", "'deg'"}}).pitch_x,
             0);
   EXPECT_EQ(with({{"CDELT1", "1.0"}, {"CDELT2", "1.0"}}).pitch_x, 0);
   EXPECT_EQ(with({{"CD1_1", "1.0"}, {"CD1_2", "0.5"}, {"CUNIT1", "'mm'"}}).pitch_x, 0);
-  // What POPPY and PROPER write comes first.
+  // Keys of POPPY and PROPER have precedence.
   Cards both = millimetres;
   both.push_back({"PIXSIZE", "0.004"});
   EXPECT_EQ(with(both).pitch_y, 0.004);
@@ -301,12 +301,12 @@ TEST(Fits, AsksForThePlaneOfACube) {
   EXPECT_TRUE(contains(error.found(), "4 planes")) << error.what();
   EXPECT_TRUE(contains(error.allowed(), "option 'plane'")) << error.what();
   for (const int k : {0, -1, 5}) EXPECT_EQ(refusal([&] { plane(k); }).pointer(), "option 'plane'");
-  // One plane leaves nothing to ask.
+  // With a single plane the option is not needed.
   cards[5].second = "1", cards[6].second = "1";
   EXPECT_NEAR(read_bytes(filled(header(cards) + "\1\2\3\4\5\6")).height(1, 2), 6e-9, 1e-22);
 }
 
-// An extension of bytes, `first` and the numbers that follow it.
+// An extension of bytes: `first` and the numbers that follow it.
 std::string image_extension(const std::string& name, char first, const Cards& more = {}) {
   Cards cards = image_cards(8, 3, 2, more);
   cards[0] = {"XTENSION", "'IMAGE   '"};
@@ -347,7 +347,7 @@ TEST(Fits, OfSeveralImagesTheOnlyOneWithAUnitOfHeightsIsReadAndSaysSo) {
   for (const Case& c :
        {Case{none + image_extension("OPD", 11, kNanometres), 11, "hdu 1 is read"},
         {six(8) + image_extension("WEIGHT", 11), 1, "hdu 0 is read"},
-        // Counts are no heights.
+        // Counts are not heights.
         {six(8, {{"BUNIT", "'adu'"}}) + image_extension("", 11) + image_extension("M1", 21, kNanometres), 21,
          "hdu 2 is read"}}) {
     const HeightMap map = read_bytes(c.bytes);
@@ -356,7 +356,7 @@ TEST(Fits, OfSeveralImagesTheOnlyOneWithAUnitOfHeightsIsReadAndSaysSo) {
     EXPECT_EQ(map.warnings[0].code, "image-chosen");
     EXPECT_TRUE(contains(map.warnings[0].message, c.said)) << map.warnings[0].message;
   }
-  // A mask is none of them.
+  // A mask is not a candidate for the image of heights.
   EXPECT_TRUE(read_bytes(six(8) + image_extension("MASK", 1)).warnings.empty());
 }
 
@@ -370,7 +370,7 @@ TEST(Fits, OtherwiseAsksWhichImageAndTakesTheOneThatIsNamed) {
   EXPECT_NEAR(named("1").height(1, 2), 16e-9, 1e-21);
   EXPECT_NEAR(named("m1").height(1, 2), 16e-9, 1e-21);
   EXPECT_NEAR(named("2").height(1, 2), 26e-6, 1e-18);
-  EXPECT_TRUE(std::isnan(named("M1").height(0, 0)));  // the mask is of all of that size
+  EXPECT_TRUE(std::isnan(named("M1").height(0, 0)));  // the mask applies to all images of its size
   const InputError error = refusal([&] { read_bytes(bytes); });
   EXPECT_EQ(error.found(), "images 0 (3 x 2, nm), 1 'M1' (3 x 2, nm), 2 '2' (3 x 2, um)");
   EXPECT_TRUE(contains(error.allowed(), "option 'hdu'"));
@@ -381,7 +381,7 @@ TEST(Fits, OtherwiseAsksWhichImageAndTakesTheOneThatIsNamed) {
                          read_bytes(twice, [](MeasuredSource* s) { s->wavefront = false, s->hdu = "A"; });
                        }).found(),
                        "2 images of the name 'A'"));
-  // All that is open is asked for at once.
+  // All missing options are listed together.
   const ScratchFolder folder;
   MeasuredSource source;
   source.path = folder.write("a.fits", twice);
@@ -432,7 +432,7 @@ TEST(Fits, RefusesWhatItCannotReadAndSaysWhere) {
     EXPECT_TRUE(contains(refused(filled(header(cards) + std::string(12, '\1'))).pointer(), key))
         << key << value;
   }
-  // A product of axes that overflows 64 bits.
+  // The product of the axes overflows 64 bits.
   EXPECT_TRUE(contains(refused(header(image_cards(8, 2000000000, 2000000000))).pointer(), "NAXIS"));
   EXPECT_EQ(refused(six(16, {{"BUNIT", "'m'"}, {"BSCALE", "0.0"}})).pointer(), "BSCALE");
   EXPECT_EQ(refused(six(16, {{"BUNIT", "'m'"}, {"BZERO", "'none'"}})).pointer(), "BZERO");
@@ -451,8 +451,8 @@ TEST(Fits, RefusesWhatItCannotReadAndSaysWhere) {
   EXPECT_TRUE(contains(refused(compressed).allowed(), "funpack"));
 }
 
-// The standard wants END and keys at the begin of their cards. Who takes an indented END for one sees the
-// data a block earlier than CFITSIO, which then read behind the end of what it was given.
+// The standard requires END and keys at the beginning of their cards. A reader that accepts an indented END
+// finds the data one block earlier than CFITSIO, which would then read beyond its buffer.
 TEST(Fits, OnlyWordsAtTheBeginOfACardCount) {
   const std::string end = "END" + std::string(77, ' '), indented = "  END" + std::string(75, ' ');
   const auto longer = [&](std::string file) {
@@ -463,14 +463,14 @@ TEST(Fits, OnlyWordsAtTheBeginOfACardCount) {
       contains(refusal([&] { read_bytes(longer(header(image_cards(16, 3, 2)))); }).pointer(), "NAXIS"));
   const HeightMap map = read_bytes(longer(six(16)));
   for (Eigen::Index i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(map.height.data()[i], 1e-9 * double(i + 1));
-  // An indented key is none either, before or behind the one that is.
+  // An indented key does not count either, before or after the real one.
   std::string other = six(16, {{"BUNIT", "'nm'"}, {"WHATEVER", "1"}});
   other.replace(other.find("WHATEVER"), 8, " NAXIS2 ");
   EXPECT_EQ(read_bytes(other).rows(), 2);
 }
 
 TEST(Fits, FileNamesAreOnlyNames) {
-  // To CFITSIO these would be an extension, a filter, a compressed copy and a second file.
+  // For CFITSIO these would be an extension, a filter, a compressed copy and a second file.
   const ScratchFolder folder;
   for (const char* name : {"a.fits[1]", "b.fits[0:1,0:1]", "c.fits(mem)", "!d.fits", "-", "e.fits+1"}) {
     MeasuredSource source;
@@ -493,7 +493,7 @@ TEST(Fits, WritesWhatPoppyLoadsAndReadsItBack) {
       EXPECT_EQ(bytes.size() % 2880, 0u);
       const Independent image = independent(bytes);
       const int side = std::max(rows, columns);
-      ASSERT_EQ(image.columns, side);  // POPPY wants a square
+      ASSERT_EQ(image.columns, side);  // POPPY requires a square
       ASSERT_EQ(image.rows, side);
       EXPECT_EQ(image.keys.at("BUNIT"), "meter");
       EXPECT_EQ(std::stod(image.keys.at("PIXELSCL")), 1.25e-3);
@@ -516,7 +516,7 @@ TEST(Fits, WritesWhatPoppyLoadsAndReadsItBack) {
     }
 }
 
-// It says that it is a wavefront, its unit and its pitch.
+// The file states that it is a wavefront, and its unit and pitch.
 TEST(Fits, WhatIsWrittenIsReadBackWithoutOptions) {
   const ScratchFolder folder;
   for (const auto& [rows, columns] : {std::pair{5, 9}, std::pair{12, 7}, std::pair{8, 8}}) {
@@ -533,7 +533,7 @@ TEST(Fits, WhatIsWrittenIsReadBackWithoutOptions) {
     inner.height = read.height.block(row0, column0, rows, columns);
     test::expect_same_map(inner, map, 0);
     EXPECT_EQ(valid_count(read), valid_count(map));
-    // Who says otherwise is told.
+    // A contradicting option is refused.
     source.wavefront = false;
     EXPECT_EQ(refusal([&] { read_measurement(source); }).pointer(), "option 'of'");
   }
@@ -541,7 +541,7 @@ TEST(Fits, WhatIsWrittenIsReadBackWithoutOptions) {
 
 TEST(Fits, ReadsWhatGzipPacked) {
   const ScratchFolder folder;
-  // By astropy, packed by Python's gzip with a name in its header: 3 x 2 integers of 16 bits, 1 to 6.
+  // Written by astropy, packed by Python's gzip with a name in the header: 3 x 2 integers of 16 bits, 1 to 6.
   const std::string packed =
       "1f8b08080000000002ff6d61702e6669747300edd1bd6e8330188561f727bd8e6f634b482a65cb00ad23592208"
       "095722a3534062b01d193ae4ee4ba93205a7a251b6f38c1e5e1ddbb9d8650927dad008490bfab4a6b64eb7d459"
@@ -570,7 +570,7 @@ TEST(Fits, ReadsWhatGzipPacked) {
   spoilt[spoilt.size() - 20] ^= 1;
   EXPECT_TRUE(contains(refused(spoilt).found(), "CRC"));
   refused(bytes.substr(0, bytes.size() / 2));
-  // A few bytes that say to be four gigabytes.
+  // A few bytes claim to be four gigabytes.
   EXPECT_TRUE(
       contains(refused(bytes.substr(0, bytes.size() - 4) + "\xff\xff\xff\xf0").found(), "4043309055"));
   const auto read = [](const std::string& path) {
@@ -581,7 +581,7 @@ TEST(Fits, ReadsWhatGzipPacked) {
   EXPECT_GT(test::read_damaged(bytes, 40, "fits gzip", 300,
                                [&](const std::string& path) {
                                  HeightMap map = read(path);
-                                 map.height.resize(1, 1);  // unpacked, a map may be larger than its file
+                                 map.height.resize(1, 1);  // an unpacked map may be larger than its file
                                  return map;
                                })
                 .refused,
@@ -607,7 +607,7 @@ TEST(Fits, DamagedFilesAreRefusedOrReadNeverACrash) {
       test::read_damaged(fits_opd_bytes(test::marker_map(6, 7, 1e-3)), 800, "fits written", 1400, read);
   EXPECT_GT(written.refused, 300);
   EXPECT_GT(written.read, 100);
-  // Behind an empty primary header and with scaled integers.
+  // The image follows an empty primary header and has scaled integers.
   Cards extension = image_cards(16, 3, 2, {{"BSCALE", "0.5"}, {"BLANK", "4"}, {"BUNIT", "'nm'"}});
   extension[0] = {"XTENSION", "'IMAGE   '"};
   extension.insert(extension.begin() + 5, {{"PCOUNT", "0"}, {"GCOUNT", "1"}});

@@ -1,4 +1,4 @@
-// Against files that h5py wrote (write_instrument_files.py).
+// Tests against files written by h5py (write_instrument_files.py).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,18 +29,18 @@ MeasuredSource four_d_source(const std::string& name) {
 TEST(FourD, ReadsWavesTheTopRowFirst) {
   const HeightMap marker = test::marker_map(9, 12, 0.25e-3);
   const HeightMap map = read_4d(four_d_source("marker-4d.h5"));
-  constexpr double kSingle = 6e-8;  // of 50 nm
+  constexpr double kSingle = 6e-8;  // relative, of about 50 nm
   test::expect_same_map(map, marker, kSingle * 60e-9);
   EXPECT_NEAR(map.pitch_x, 0.25e-3, 1e-18);
   EXPECT_EQ(map.pitch_y, map.pitch_x);
   EXPECT_NEAR(map.x0, -5.5 * 0.25e-3, 1e-15);
-  // Packed, doubles, another mark of no data, no pitch.
+  // Compressed doubles with another no-data mark and without pitch.
   MeasuredSource source = four_d_source("marker-4d-packed.h5");
   test::expect_same_map(read_4d(source), marker, 1e-21);
   EXPECT_EQ(read_4d(source).pitch_x, 0);
   source.pitch = 2e-3;
   EXPECT_EQ(read_4d(source).pitch_y, 2e-3);
-  // Of the later program.
+  // A file of the later program.
   source = four_d_source("marker-4d-focus.h5");
   source.wavelength = kWavelength;
   test::expect_same_map(read_4d(source), marker, 1e-21);
@@ -80,7 +80,7 @@ TEST(FourD, ALengthWithoutAUnitIsNone) {
   }
 }
 
-// An HDF5 file of somebody else is named as what it is, whichever reader it comes to.
+// HDF5 files of other programs are described by their content, whichever reader is used.
 TEST(FourD, NamesOtherHdf5FilesByWhatTheyHold) {
   const std::string path = instrument_file("other.h5");
   MeasuredSource source = map_source(path);
@@ -90,7 +90,7 @@ TEST(FourD, NamesOtherHdf5FilesByWhatTheyHold) {
     EXPECT_TRUE(contains(error.found(), "an HDF5 file, not of Zygo Mx or 4D")) << error.what();
     EXPECT_TRUE(contains(error.found(), "its top level holds entry, notes")) << error.what();
   }
-  // A .datx stays one.
+  // A .datx file is still recognised.
   EXPECT_EQ(to_string(detect_format(instrument_file("marker-nm.datx"))), "datx");
   EXPECT_EQ(to_string(detect_format(instrument_file("marker-fringes.datx"))), "datx");
 }

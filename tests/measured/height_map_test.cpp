@@ -51,7 +51,7 @@ double radius_by_brute_force(const std::vector<Place>& p) {
       consider((p[i].x + p[j].x) / 2, (p[i].y + p[j].y) / 2,
                std::hypot(p[i].x - p[j].x, p[i].y - p[j].y) / 2);
       for (std::size_t k = j + 1; k < p.size(); ++k) {
-        // Equal distances to the three, solved by Cramer's rule.
+        // Equal distances to the three points, solved by Cramer's rule.
         const double a = 2 * (p[j].x - p[i].x), b = 2 * (p[j].y - p[i].y);
         const double c = 2 * (p[k].x - p[i].x), d = 2 * (p[k].y - p[i].y);
         const double e = p[j].x * p[j].x + p[j].y * p[j].y - p[i].x * p[i].x - p[i].y * p[i].y;
@@ -89,7 +89,7 @@ TEST(EnclosingCircle, OfADiscOfPointsIsTheDisc) {
     for (Eigen::Index c = 0; c < map.columns(); ++c)
       if (std::hypot(map.x(c) - kX, map.y(r) - kY) > kRadius) map.height(r, c) = kNan;
   const Circle circle = enclosing_circle(map);
-  // The lattice has points on the circle at the four ends of the axes.
+  // The grid has points on the circle at the four ends of the axes.
   EXPECT_NEAR(circle.x, kX, 1e-9);
   EXPECT_NEAR(circle.y, kY, 1e-9);
   EXPECT_NEAR(circle.radius, kRadius, 1e-9);
@@ -106,7 +106,7 @@ TEST(EnclosingCircle, HoldsForOnePointALineAndNone) {
   map.height(3, 1) = map.height(3, 4) = 1;
   EXPECT_NEAR(enclosing_circle(map).radius, 6, 1e-12);
   EXPECT_NEAR(enclosing_circle(map).x, map.x(4), 1e-12);
-  map.height(0, 0) = std::numeric_limits<double>::infinity();  // no measurement either
+  map.height(0, 0) = std::numeric_limits<double>::infinity();  // not a measurement either
   EXPECT_NEAR(enclosing_circle(map).radius, 6, 1e-12);
 }
 
@@ -124,7 +124,7 @@ TEST(HeightMap, CentresCountsAndMoves) {
 
 TEST(MapCsv, HoldsEveryValidPointToTheLastBit) {
   HeightMap map = test::marker_map(6, 9, 1.25e-3);
-  map.label = "two\nlines";  // must not break out of the comment
+  map.label = "two\nlines";  // must not break the comment line
   std::istringstream lines(map_csv(map));
   std::string line;
   std::vector<std::string> data;

@@ -1,4 +1,4 @@
-// Text that instruments write: every sample comes back where the format's description puts it.
+// Text formats of instruments: every sample must be where the description of the format places it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace aberfit::test {
 namespace {
 
-// Heights [m] without any symmetry, with holes outside a corner of the map.
+// Heights [m] without any symmetry, with holes beyond a corner of the map.
 constexpr int kColumns = 7, kRows = 5;
 double truth(int column, int row) { return 1e-9 * (3 * column - 11 * row + 0.5 * column * row); }
 bool hole(int column, int row) { return column + row > 8 || (column == 2 && row == 1); }
@@ -20,7 +20,7 @@ HeightMap read(const Scratch& scratch, const std::string& text, MeasuredSource s
   return std::get<HeightMap>(read_measurement(source));
 }
 
-// `rounding`: of what is written, [m].
+// `rounding`: of the written numbers [m].
 void expect_truth(const HeightMap& map, double pitch, double rounding) {
   ASSERT_EQ(map.columns(), kColumns);
   ASSERT_EQ(map.rows(), kRows);
@@ -54,7 +54,7 @@ std::string zygo_xyz(int first_column = 0, double per_metre = 1e6) {
   return text + "#\n";
 }
 
-// Counts of 1/32768 of half a wavelength, with a frame of intensity before them.
+// Counts of 1/32768 of half a wavelength, after a frame of intensity.
 std::string zygo_ascii(int format, bool intensity) {
   std::string text = zygo_header(fmt::format("Zygo ASCII Data File - Format {}", format));
   if (format == 2) text += "\"1X\"\n";
@@ -89,7 +89,7 @@ std::string wyko(bool nanometres) {
 TEST(ZygoText, XyzPointsComeBackInMicrometres) {
   const Scratch scratch;
   expect_truth(read(scratch, zygo_xyz()), 0.25e-3, 1e-15);
-  // Columns of the camera, of which the map is a part.
+  // Columns count camera samples, of which the map is a part.
   expect_truth(read(scratch, zygo_xyz(130)), 0.25e-3, 1e-15);
   EXPECT_EQ(read(scratch, zygo_xyz()).label, "a mirror");
   MeasuredSource nanometres;
@@ -97,7 +97,7 @@ TEST(ZygoText, XyzPointsComeBackInMicrometres) {
   expect_truth(read(scratch, zygo_xyz(0, 1e9), nanometres), 0.25e-3, 1e-17);
 }
 
-// Users mark missing points by values as the file has them.
+// Users give the mark of missing points as it stands in the file.
 TEST(ZygoText, AMarkOfMissingPointsIsInTheUnitOfTheFile) {
   const Scratch scratch;
   std::string text = zygo_xyz();
@@ -154,7 +154,7 @@ TEST(WykoText, ColumnsComeBackInBothUnits) {
 }
 
 TEST(Dftfringe, TheWavefrontIsHalvedAndLiesInItsEllipse) {
-  // 9 x 9 samples upwards from the lowest row, of a disc of radius 4 about the middle sample.
+  // 9 x 9 samples, the lowest row first, on a disc of radius 4 about the middle sample.
   const Scratch scratch;
   constexpr int kSide = 9;
   const auto height = [](int column, int row) { return 1e-9 * (40 + 3 * column + 7 * row); };
@@ -173,7 +173,7 @@ TEST(Dftfringe, TheWavefrontIsHalvedAndLiesInItsEllipse) {
       else
         EXPECT_TRUE(std::isnan(map.height(row, column)));
     }
-  // What the file does not say is asked for, what it says otherwise refused.
+  // Missing facts are requested, contradictions are refused.
   EXPECT_NE(input_error([&] { read(scratch, text + notes); }).find("option 'wavelength'"), std::string::npos);
   MeasuredSource source;
   source.path = scratch.write("map.txt", text + "Lambda 550\n");
@@ -207,7 +207,7 @@ TEST(GwyddionText, TheHeaderSaysSizeAndUnit) {
   EXPECT_NE(input_error([&] { read_measurement(source); }).find("option 'value_unit'"), std::string::npos);
 }
 
-// x in the first row, y in the first column.
+// A matrix with x in the first row and y in the first column.
 std::string matrix_with_axes(double x0, double dx, double y0, double dy, const std::string& corner) {
   std::string text = corner;
   for (int column = 0; column < kColumns; ++column) text += fmt::format(" {:g}", x0 + dx * column);
@@ -240,7 +240,7 @@ TEST(MatrixWithAxes, PositionsAreNoHeights) {
     const HeightMap down = read(scratch, matrix_with_axes(-20, 0.5, 2, -0.25, corner), source);
     EXPECT_NEAR(down.height(kRows - 1 - 3, 2), expected(2, 3), 1e-15);
   }
-  // Without a unit of the positions it is asked for; a pitch says it as well, of the smaller step too.
+  // Without a unit, the unit of the positions is requested; a pitch also determines it.
   source.x_factor.reset();
   source.path = scratch.write("map.txt", matrix_with_axes(-20, 0.5, 1, 0.25, "0"));
   EXPECT_EQ(missing_facts(source), std::vector<std::string>{"x_unit"});

@@ -13,10 +13,10 @@
 
 namespace aberfit::test {
 
-/// A damaged copy of `original`, a pure function of its arguments. Kinds, by turns: flipped bits, overwritten
-/// bytes, truncation, an extreme integer in the header (2, 4 or 8 bytes, or digits where the header is text),
-/// a part repeated, a part cut out, a splice with itself.
-/// header: bytes from the start that are hit more often than the rest.
+/// Returns a damaged copy of `original`, a pure function of its arguments. The kinds alternate: flipped bits,
+/// overwritten bytes, truncation, an extreme integer in the header (2, 4 or 8 bytes, or digits in a text
+/// header), a repeated part, a removed part, a splice with itself.
+/// header: number of bytes from the start that are damaged more often.
 inline std::string damaged(const std::string& original, std::size_t header, const RandomStream& stream,
                            std::uint64_t index) {
   std::uint64_t draw = index * 64;
@@ -48,13 +48,13 @@ inline std::string damaged(const std::string& original, std::size_t header, cons
       static const std::string kDigits[] = {
           "-1",    "0",   "99999999999", "9223372036854775807", "-9223372036854775808",
           "1e308", "nan", "1e400",       "2147483648"};
-      // In the place of a number of the header, if it has any.
+      // Replaces a number of the header, if there is one.
       std::size_t at = below(std::min(header, bytes.size()));
       at = std::min(bytes.find_first_of("0123456789", at), bytes.size());
       std::size_t end = at;
       while (end < bytes.size() && bytes[end] >= '0' && bytes[end] <= '9') ++end;
       const std::string& digits = kDigits[below(9)];
-      // The length is kept every second time, so that the cards of a FITS header stay where they are.
+      // The length is kept every second time, so that the cards of a FITS header stay aligned.
       const std::size_t length = below(2) == 0 ? end - at : digits.size();
       bytes.replace(at, std::min(length, bytes.size() - at), digits);
       break;
@@ -77,8 +77,8 @@ struct DamageCount {
   int refused = 0, read = 0;
 };
 
-/// Reads `count` damaged copies of `original`: each must give an InputError that names the file, what was
-/// found and what is allowed, or a map that fits in the file; anything else fails the test.
+/// Reads `count` damaged copies of `original`. Each must give a map that fits in the file, or an InputError
+/// that names the file, what was found and what is allowed.
 template <class Reader>
 DamageCount read_damaged(const std::string& original, std::size_t header, const std::string& name, int count,
                          const Reader& read) {
@@ -96,7 +96,7 @@ DamageCount read_damaged(const std::string& original, std::size_t header, const 
       EXPECT_EQ(error.file(), path) << name << " " << i;
       EXPECT_FALSE(error.found().empty()) << name << " " << i;
       EXPECT_FALSE(error.allowed().empty()) << name << " " << i;
-      // No control character; the bytes of UTF-8 beyond ASCII are printed as they are.
+      // No control characters; UTF-8 bytes beyond ASCII are printed as they are.
       for (const char c : std::string(error.what())) EXPECT_GE((unsigned char)c, 0x20) << name << " " << i;
       ++result.refused;
     } catch (const std::exception& error) {

@@ -11,8 +11,9 @@
 
 namespace aberfit::test {
 
-/// A map that no flip, transposition or swap of nx and ny leaves alone: a tilted, wavy ground, one bump near
-/// the corner (+x, +y) at (row rows - 2, column columns - 3), two holes. offset moves all heights [m].
+/// A map without symmetry, which reveals a flip, transposition or swap of nx and ny: a tilted, wavy surface,
+/// a bump near the corner (+x, +y) at (row rows - 2, column columns - 3), two holes. offset shifts all
+/// heights [m].
 inline HeightMap marker_map(Eigen::Index rows, Eigen::Index columns, double pitch, double offset = 0) {
   HeightMap map;
   map.height = Grid(rows, columns);
@@ -28,7 +29,7 @@ inline HeightMap marker_map(Eigen::Index rows, Eigen::Index columns, double pitc
   return map;
 }
 
-/// Same shape, same holes, heights within `tolerance`, same places.
+/// Expects the same shape, holes and positions, and heights within `tolerance`.
 inline void expect_same_map(const HeightMap& found, const HeightMap& expected, double tolerance) {
   ASSERT_EQ(found.rows(), expected.rows());
   ASSERT_EQ(found.columns(), expected.columns());
@@ -42,7 +43,7 @@ inline void expect_same_map(const HeightMap& found, const HeightMap& expected, d
     }
 }
 
-/// The InputError that `read` throws; fails the test when there is none.
+/// Returns the InputError that `read` throws; fails the test if there is none.
 inline InputError refusal(const std::function<void()>& read) {
   try {
     read();

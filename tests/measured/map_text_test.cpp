@@ -1,4 +1,4 @@
-// Maps as text, a matrix or points: orientation, units, grids, and every fault told with its place.
+// Tests maps as text, a matrix or points: orientation, units, grids, and messages with the place of a fault.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -75,7 +75,7 @@ TEST(MapText, RowsMayGoOverSeveralLinesAndBeginAtTheBottom) {
   source.columns = 5;
   EXPECT_NE(refused(source, kKeys + "1 2 3\n4 5 6\n").find("6 numbers in the file, 1 rows of 5 and 1 more"),
             std::string::npos);
-  source.columns = 3;  // a matrix, though three columns are points elsewhere
+  source.columns = 3;  // a matrix, although three columns are points elsewhere
   EXPECT_EQ(read_text(scratch, kKeys + "1 2 3\n4 5 6\n", source).rows(), 2);
   source.columns.reset();
   EXPECT_NE(refused(source, "# of: surface\n0 0 1\n1 0 1\n0 1 2\n1 1 2\n").find("option 'first_row'"),
@@ -140,14 +140,14 @@ TEST(MissingFacts, OfFilesOfInstrumentsAreAllFoundAtOnce) {
   MetroProFile zygo;
   zygo.wavelength = zygo.lateral = 0;
   EXPECT_EQ(missing("a.dat", zygo.bytes()), (Facts{"wavelength", "pitch"}));
-  zygo.wavelength = 632.8f;  // damage is not asked for
+  zygo.wavelength = 632.8f;  // damage is not a missing fact
   EXPECT_EQ(missing("a.dat", zygo.bytes()), Facts{});
   const std::string opd =
       replaced(replaced(file_bytes(instrument_file("marker-float.opd")), "Wavelength", "Wavelengtx"),
                "Pixel_size", "Pixel_sizX");
   EXPECT_EQ(missing("a.opd", opd), (Facts{"wavelength", "pitch"}));
   MeasuredSource source = map_source(scratch.path("a.opd"));
-  source.value_factor = 1e-9;  // which makes it needless
+  source.value_factor = 1e-9;  // makes the wavelength unnecessary
   EXPECT_EQ(missing_facts(source), Facts{"pitch"});
   source.pitch = 1e-3;
   const double height = std::get<HeightMap>(read_measurement(source)).height(4, 4);
@@ -155,7 +155,7 @@ TEST(MissingFacts, OfFilesOfInstrumentsAreAllFoundAtOnce) {
   EXPECT_NEAR(std::get<HeightMap>(read_measurement(source)).height(4, 4) / height, 3, 1e-12);
 }
 
-// What would be ignored is refused: such files say what their heights are, and have no positions in text.
+// Options without effect are refused: these files define their heights and have no positions in text.
 TEST(MapOptions, WithoutAUseAreRefused) {
   const Scratch scratch;
   std::string sag = "5 5 1 1 0 0 0\n";
@@ -184,7 +184,7 @@ TEST(MapOptions, WithoutAUseAreRefused) {
   EXPECT_NE(input_error([&] { read_measurement(bottom); }).find("option 'first_row'"), std::string::npos);
 }
 
-// Points of a disc on a 41 x 31 grid, positions rounded to three digits, in an order that jumps about.
+// Points of a disc on a 41 x 31 grid with positions rounded to three digits, in irregular order.
 TEST(MapText, PointsInAnyOrderFindTheirNodes) {
   const Scratch scratch;
   constexpr int kColumns = 41, kRows = 31;
@@ -232,7 +232,7 @@ TEST(MapText, PitchStandsForTheUnitOfPositions) {
   EXPECT_EQ(map.pitch_y, 0.25);
   EXPECT_EQ(map.x0, 2.5);
   EXPECT_EQ(map.height(1, 2), 6 * 1e-9);
-  // Three columns that are a matrix all the same.
+  // The key makes three columns a matrix.
   const HeightMap matrix = read_text(scratch, "# layout: matrix\n" + points, source);
   EXPECT_EQ(matrix.rows(), 6);
   EXPECT_EQ(matrix.columns(), 3);

@@ -14,7 +14,7 @@
 
 namespace aberfit::test {
 
-/// A folder of this test and this process, gone with the object: tests run side by side.
+/// A folder for this test and process, removed with the object, so that tests may run in parallel.
 class Scratch {
  public:
   Scratch() {
@@ -32,7 +32,6 @@ class Scratch {
   Scratch& operator=(const Scratch&) = delete;
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  /// Writes the bytes; returns the path.
   std::string write(const std::string& name, std::string_view bytes) const {
     std::ofstream(path(name), std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
     return path(name);
@@ -48,7 +47,7 @@ inline std::string file_bytes(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-/// What `call` threw as InputError, its whole message; "" when it threw nothing.
+/// Returns the whole message of the InputError that `call` throws; "" if it throws nothing.
 inline std::string input_error(const std::function<void()>& call) {
   try {
     call();
@@ -58,10 +57,9 @@ inline std::string input_error(const std::function<void()>& call) {
   return "";
 }
 
-/// A damaged copy of a file: a pure function of (original, stream, number). One to three damages out of:
-/// flipped bits, overwritten bytes, cut off end, cut out piece, doubled piece, piece moved elsewhere, a
-/// number replaced by one that is huge, tiny, negative, not finite or no number, and a header grown by lines
-/// or blanks.
+/// Returns a damaged copy of a file, a pure function of (original, stream, number). It has one to three of
+/// these: flipped bits, overwritten bytes, truncation, a part removed, repeated or moved, an extreme or
+/// invalid number, and a header extended by lines or blanks.
 inline std::string mutated(const std::string& original, const RandomStream& stream, std::uint64_t number) {
   std::uint64_t next = number << 16;
   const auto below = [&](std::size_t bound) {
@@ -123,8 +121,8 @@ struct MutationCounts {
   int read = 0, refused = 0;
 };
 
-/// Calls `read` on `count` damaged versions of `original`, each written to `path`. A reader may read the file
-/// or throw InputError with a message that names the file; anything else is a failure of the test.
+/// Calls `read` on `count` damaged copies of `original`, each written to `path`. A reader may read the file
+/// or throw an InputError that names the file; anything else fails the test.
 inline MutationCounts read_mutations(const std::string& original, const std::string& path, int count,
                                      std::string_view stream_name, const std::function<void()>& read) {
   const RandomStream stream(1, stream_name);

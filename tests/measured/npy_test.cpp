@@ -1,4 +1,4 @@
-// Arrays written here byte by byte after numpy/lib/format.py.
+// Tests arrays that are written here byte by byte after numpy/lib/format.py.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ std::string numbers(const std::vector<double>& values, bool big = false) {
   return bytes;
 }
 
-// 2 rows of 3: the first 1 2 3, the second 4 5 6.
+// 2 rows of 3: 1 2 3, then 4 5 6.
 const std::vector<double> kSix = {1, 2, 3, 4, 5, 6}, kByColumns = {1, 4, 2, 5, 3, 6};
 
 HeightMap read_array(const std::string& bytes, const std::function<void(MeasuredSource*)>& options = {}) {
@@ -83,7 +83,7 @@ TEST(Npy, ReadsEveryNumberInBothByteOrdersAndBothOrdersOfAxes) {
       const HeightMap map = read_array(npy_of(c.type, fortran ? "True" : "False", "2, 3", c.data));
       ASSERT_EQ(map.rows(), 2);
       ASSERT_EQ(map.columns(), 3);
-      // The first row is the top one.
+      // The first row is the top row.
       for (int i = 0; i < 6; ++i) EXPECT_NEAR(map.height(1 - i / 3, i % 3), (i + 1) * 1e-9, 1e-22) << c.type;
       EXPECT_EQ(map.pitch_x, 0);
     }

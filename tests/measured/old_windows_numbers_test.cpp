@@ -1,5 +1,4 @@
-// What no number is no height: the words that old Windows programs write for NaN and infinity, in every
-// reader of text, and '#' inside a word.
+// NaN and infinity as old Windows programs write them, and '#' inside a word, must not become heights.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +15,7 @@
 namespace aberfit::test {
 namespace {
 
-// As printf of Visual C++ up to 2013 wrote them by %g, %f, %.3f, %.2f and %e.
+// Written by printf of Visual C++ up to 2013 for %g, %f, %.3f, %.2f and %e.
 const std::vector<std::string> kWords = {"1.#QNAN",  "-1.#IND",  "1.#INF",        "-1.#INF", "1.#SNAN",
                                          "1.#QNAN0", "1.#QO",    "1.#R",          "1.#J",    "-1.#IND00",
                                          "1.#INF00", "1.#QNANE", "1.#QNAN0e+000", "+1.#INF", "1.#qnan"};
@@ -82,7 +81,7 @@ TEST(OldWindowsNumbers, AreLeftOutByAMask) {
   EXPECT_TRUE(std::isnan(mask(1, 2)) && std::isnan(mask(0, 1)));
 }
 
-// Where nothing may be missing: an error with line and word.
+// Where no value may be missing, the error gives line and word.
 TEST(OldWindowsNumbers, AreToldWhereAHoleIsNotAllowed) {
   const Scratch scratch;
   for (const std::string word : {"1.#QNAN0", "-1.#IND00", "1.#INF"}) {

@@ -1,4 +1,4 @@
-// Against files of an independent writer (write_instrument_files.py), and a measured one where it is at hand.
+// Tests against files of an independent writer (write_instrument_files.py), and a measured one if available.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ TEST(Opd, ReadsFloatsByColumnsFromTheLowestPointUpwards) {
 }
 
 TEST(Opd, ReadsCountsOfTheArrayThatTheFileNamesAsItsMainOne) {
-  // The array OPD, which comes first, is another one.
+  // The array OPD comes first but is not the primary one.
   const double half_a_count = 0.5 * 632.8e-9 / 20000;
   test::expect_marker(read_opd(map_source(kCounts)), 1.001 * half_a_count);
   const ScratchFolder folder;
@@ -47,7 +47,7 @@ TEST(Opd, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
   EXPECT_EQ(read_opd(source).pitch_x, 0);
   source.pitch = 2e-3;
   EXPECT_EQ(read_opd(source).pitch_x, 2e-3);
-  EXPECT_NEAR(read_opd(source).pitch_y, 4e-3, 1e-9);  // the file says the shape of a pixel
+  EXPECT_NEAR(read_opd(source).pitch_y, 4e-3, 1e-9);  // the file contains the aspect of a pixel
   source = map_source(folder.write("a.opd", replaced(bytes, "Wavelength", "Wavelengtx")));
   InputError error = refusal([&] { read_opd(source); });
   EXPECT_EQ(error.pointer(), "Wavelength");
@@ -121,8 +121,7 @@ TEST_F(InstrumentsOnRealData, OpdHasTheSizeAndTheFactorThatAreKnown) {
   EXPECT_EQ(map.rows(), 480);
   EXPECT_NEAR(640 * map.pitch_x, 0.125909140e-3, 1e-12);
   EXPECT_NEAR(480 * map.pitch_y, 0.094431855e-3, 1e-12);
-  // Heights are this factor, known as 0.000577295 mm, times the floats, which end 6 + 1228800 bytes behind
-  // byte 24020.
+  // Heights are 0.000577295 mm times the floats, whose 1228800 bytes start 6 bytes after byte 24020.
   const std::string bytes = test::read_file(source.path);
   float value = 0;
   Eigen::Index holes = 0;

@@ -15,7 +15,6 @@ inline std::uint32_t crc32(const std::string& bytes) {
   return ~crc;
 }
 
-/// A number of `bytes` bytes, little-endian.
 inline std::string little(std::uint64_t value, int bytes) {
   std::string text;
   for (int i = 0; i < bytes; ++i, value >>= 8) text += char(value);
@@ -24,8 +23,7 @@ inline std::string little(std::uint64_t value, int bytes) {
 
 using PackedFiles = std::vector<std::pair<std::string, std::string>>;
 
-/// A zip archive without compression. said_bytes: what the directory says of the length, where that is not
-/// the truth.
+/// A zip archive without compression. said_bytes: false length for the directory, if not 0.
 inline std::string zip_of(const PackedFiles& files, std::uint64_t method = 0, std::uint64_t said_bytes = 0,
                           int flags = 0) {
   std::string local, central;
@@ -41,8 +39,7 @@ inline std::string zip_of(const PackedFiles& files, std::uint64_t method = 0, st
          little(central.size(), 4) + little(local.size(), 4) + little(0, 2);
 }
 
-/// The content as gzip packs it without making it smaller (RFC 1951, blocks of type 0), with the name that
-/// gzip puts in its header, if any.
+/// The content as uncompressed gzip (RFC 1951, blocks of type 0), with an optional name in its header.
 inline std::string gzip_of(const std::string& content, const std::string& name = "") {
   constexpr std::size_t kLongest = 0xffff;
   std::string packed;

@@ -1,4 +1,4 @@
-// Which heights of a map are padding: one exact value of many points that rounding does not explain.
+// Tests which heights are padding: one exact value of many points that rounding does not explain.
 #include "aberfit/measured/padding.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kSide = 96;
 
-// Positions from -1 to 1 along both axes.
+// Positions are from -1 to 1 along both axes.
 HeightMap map_of(const std::function<double(double, double)>& height) {
   HeightMap map;
   map.height.resize(kSide, kSide);
@@ -43,7 +43,7 @@ TEST(Padding, OutsideAPupilIsFoundWithItsPlace) {
     ASSERT_EQ(found.size(), 1u) << value;
     EXPECT_EQ(found[0].height, value);
     EXPECT_EQ(found[0].points, outside);
-    EXPECT_EQ(found[0].outside, outside);  // a disc is convex, and its hull has no point outside it
+    EXPECT_EQ(found[0].outside, outside);  // a disc is convex, so its hull holds no point outside it
     EXPECT_EQ(found[0].blocks, 1);         // the disc leaves a frame around it
     EXPECT_EQ(padded_points(map, found).count(), outside);
   }
@@ -79,7 +79,7 @@ TEST(Padding, OfScatteredDropoutsIsFoundToo) {
   EXPECT_GT(found[0].blocks, 0.8 * double(dropped));
 }
 
-// 0 outside a pupil whose own heights are integers of the instrument, 0 among them.
+// 0 outside a pupil whose own heights are integers of the instrument, including 0.
 TEST(Padding, IsFoundAmongRoundedHeights) {
   for (const double step : {1e-10, 1e-9, 3e-9}) {
     Draws draws(4);
@@ -109,7 +109,7 @@ TEST(Padding, RoundedHeightsAreNone) {
       {"waves", [](double x, double y) { return std::sin(9 * x) * std::cos(7 * y); }},
       {"terraces of a mirror with an edge", [](double x, double) { return std::max(0.0, x - 0.4); }},
   };
-  // From 8 bits over the range down to a handful of levels.
+  // Resolutions from 8 bits over the range down to a few levels.
   for (const auto& [name, surface] : surfaces)
     for (const double levels : {128.0, 64.0, 20.0, 8.0, 3.0})
       for (const bool disc : {false, true}) {
@@ -122,7 +122,7 @@ TEST(Padding, RoundedHeightsAreNone) {
       }
 }
 
-// Exact zeros of surfaces that are computed: along axes, diagonals, a middle row.
+// Exact zeros of computed surfaces: along axes, diagonals and a middle row.
 TEST(Padding, LinesThatASurfaceCrossesAreNone) {
   const std::vector<std::function<double(double, double)>> surfaces = {
       [](double x, double y) { return x * y; }, [](double x, double y) { return x * x - y * y; },
@@ -131,7 +131,7 @@ TEST(Padding, LinesThatASurfaceCrossesAreNone) {
       [](double, double y) { return y * y * y; }};
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     HeightMap map;
-    map.height.resize(65, 65);  // an odd number of points: one row and one column on the axes
+    map.height.resize(65, 65);  // odd, so that one row and one column are on the axes
     map.pitch_x = map.pitch_y = 1.0 / 32;
     map.x0 = map.y0 = -1;
     for (Eigen::Index r = 0; r < 65; ++r)
@@ -147,7 +147,7 @@ TEST(Padding, OfContinuousHeightsAConstantMapOrAnEmptyOneThereIsNone) {
   EXPECT_TRUE(find_padding(map_of([](double, double) { return std::nan(""); })).empty());
 }
 
-// `invalid` has values as the file has them, whatever its unit and whether it is of a wavefront.
+// `invalid` has the values of the file, whatever its unit and whether it is of a wavefront.
 TEST(InvalidValues, AreHolesInTheUnitOfTheFile) {
   const Scratch scratch;
   for (const std::string of : {"surface", "wavefront"})

@@ -1,4 +1,4 @@
-// Columns of text: units from options and headers, holes, and every fault told with its place.
+// Tests columns of text: units from options and headers, holes, and messages with the place of a fault.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -64,12 +64,12 @@ TEST(ProfileText, HeadersNameQuantityAndUnits) {
     const auto profiles = read_text(scratch, std::string(c.header) + "\n0,1\n1,2\n3,4\n");
     ASSERT_EQ(profiles.size(), 1u);
     EXPECT_EQ(profiles[0].quantity, c.quantity);
-    // A product with a rounded factor.
+    // The product has a rounded factor.
     constexpr double kRounding = 2.3e-16;
     EXPECT_NEAR(profiles[0].x[2], 3 * c.x_factor, kRounding * 3 * c.x_factor);
     EXPECT_NEAR(profiles[0].value[2], 4 * c.value_factor, 4 * kRounding * c.value_factor);
   }
-  // Names between blanks, units in brackets behind a blank.
+  // Names are separated by blanks, with units in brackets after a blank.
   const auto blanks = read_text(scratch, "x (mm) height (nm) slope [urad]\n0 1 5\n1 2 6\n");
   ASSERT_EQ(blanks.size(), 2u);
   EXPECT_EQ(blanks[0].quantity, kHeight);
@@ -180,17 +180,16 @@ TEST(ProfileText, EndlessLinesAndFilesAreRefusedBeforeTheyAreStored) {
   source.path = sparse;
   EXPECT_NE(input_error([&] { read_profile_text(source); }).find("line 3: found a byte that is zero"),
             std::string::npos);
-  // One line that goes on and on.
   const std::string message =
       input_error([&] { read_text(scratch, "x_mm,height_nm\n" + std::string(20000000, '1') + ",1\n"); });
   EXPECT_NE(message.find("line 2: found more than 16777216 characters"), std::string::npos) << message;
-  // More numbers than the limit; a small limit stands for the large one.
+  // More numbers than the limit, which is small here.
   TextRules rules;
   rules.most_numbers = 5;
   const std::string path = scratch.write("many.csv", "1,2\n3,4\n5,6\n");
   EXPECT_NE(input_error([&] { read_text_table(path, rules); }).find("line 3: found more than 5 numbers"),
             std::string::npos);
-  // Columns beyond any instrument.
+  // More columns than any instrument has.
   std::string wide;
   for (int i = 0; i < 20000; ++i) wide += "1,";
   EXPECT_NE(input_error([&] { read_text(scratch, wide + "1\n"); }).find("line 1: found 20001 columns"),

@@ -1,5 +1,4 @@
-// Against files of an independent writer (write_instrument_files.py), and the example of the standard where
-// it is at hand.
+// Tests against files of an independent writer (write_instrument_files.py) and the standard's example.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +25,7 @@ using test::with_number;
 const std::string kText = instrument_file("marker-text.sdf"), kIso1 = instrument_file("marker-iso1.sdf"),
                   kIso2 = instrument_file("marker-iso2.sdf"), kBcr = instrument_file("marker-bcr.sdf");
 
-// Places in the binary header.
+// Positions in the binary header.
 constexpr std::size_t kPoints = 42, kXscale = 46, kZscale = 62, kCompression = 78, kDataType = 79,
                       kCheckType = 80, kFirst = 81;
 
@@ -40,7 +39,7 @@ TEST(Sdf, ReadsTextAndBinaryOfIsoUpwardsAndOfBcrDownwards) {
   EXPECT_EQ(read_sdf(map_source(kBcr)).label, "aberfit");
 }
 
-// Two points of a file whose values are written one by one.
+// A 2 x 2 file with given values.
 template <class Number>
 Grid two_by_two(const ScratchFolder& folder, const std::string& version, std::uint8_t type,
                 const std::vector<Number>& values) {
@@ -123,7 +122,7 @@ TEST(Sdf, RefusesWhatItCannotReadAndSaysWhere) {
   EXPECT_EQ(refused(with_number(bytes, kCompression, std::uint8_t(1))).pointer(), "Compression");
   EXPECT_EQ(refused(with_number(bytes, kCheckType, std::uint8_t(1))).pointer(), "CheckType");
   EXPECT_EQ(refused(with_number(bytes, kDataType, std::uint8_t(8))).pointer(), "DataType");
-  // Four thousand million points squared: no memory is asked for.
+  // The number of points overflows; no memory is allocated.
   const std::string wide = with_number(test::read_file(kIso2), kPoints, std::uint64_t(-1));
   EXPECT_EQ(refused(wide).pointer(), "NumPoints, NumProfiles");
   EXPECT_EQ(refused(replaced(text, "NumPoints   = 12", "NumPoints = 90000000")).pointer(), "line 14");
@@ -160,7 +159,7 @@ TEST_F(InstrumentsOnRealData, SdfOfTheStandardsExampleHasItsHeights) {
   EXPECT_EQ(map.rows(), 4);
   EXPECT_EQ(map.pitch_x, 1e-6);
   EXPECT_EQ(map.pitch_y, 1e-6);
-  EXPECT_NEAR(map.height(0, 5), 0.96858e-6, 1e-18);  // the first profile is that of the lowest y
+  EXPECT_NEAR(map.height(0, 5), 0.96858e-6, 1e-18);  // the first profile has the lowest y
   EXPECT_NEAR(map.height(3, 0), 0.97986e-6, 1e-18);
   EXPECT_NEAR(map.height(3, 5), 0.94907e-6, 1e-18);
 }

@@ -15,15 +15,14 @@
 
 #include "aberfit/measured/height_map.h"
 
-/// Measured files whose truth is known, because it was put in: written from the descriptions of the formats
-/// alone, without a line of the readers.
+/// Measured files with known content, written from the descriptions of formats without code of readers.
 namespace aberfit::test {
 
-/// A DABAM pair: JSON metadata, and columns of numbers in the file's own units.
+/// A DABAM pair: JSON metadata, and columns of numbers in the units of the file.
 struct DabamFile {
-  int format = 1;  ///< 1 slopes, 2 heights, 3 and 4 the same in pairs of columns
+  int format = 1;  ///< 1 slopes, 2 heights; 3 and 4 the same in pairs of columns
   std::vector<std::string> header;
-  std::string keys = R"("X1_FACTOR": 0.001, "Y1_FACTOR": 1e-6)";  ///< the factors, and what else is said
+  std::string keys = R"("X1_FACTOR": 0.001, "Y1_FACTOR": 1e-6)";  ///< the factors and other keys
   std::string separator = " ";
   std::vector<std::vector<double>> rows;
 
@@ -53,7 +52,7 @@ struct DabamFile {
   }
 };
 
-/// Uniform and normal numbers, the same everywhere: the raw bits of a Mersenne twister and Box and Muller.
+/// Uniform and normal numbers, the same on every platform: bits of a Mersenne twister, Box and Muller.
 class Draws {
  public:
   explicit Draws(std::uint64_t seed) : bits_(seed) {}
@@ -72,8 +71,8 @@ struct DrawnLine {
   std::vector<double> x, height, slope;  // [m], [m], [rad]
 };
 
-/// A draw of the one-sided profile PSD `s1` [m^3] at the positions x: cosines every eighth of 1/length up to
-/// half the mean sampling rate, with normal amplitudes, summed one by one.
+/// A realisation of the one-sided profile PSD `s1` [m^3] at the positions x: a direct sum of cosines at every
+/// eighth of 1/length up to half the mean sampling rate, with normal amplitudes.
 inline DrawnLine drawn_line(std::vector<double> x, const std::function<double(double)>& s1,
                             std::uint64_t seed) {
   DrawnLine line{std::move(x), {}, {}};
@@ -104,7 +103,7 @@ inline void put_bytes(std::string* bytes, std::size_t at, std::uint32_t value, i
   for (int i = 0; i < width; ++i) (*bytes)[at + std::size_t(i)] = char(value >> (8 * (width - 1 - i)));
 }
 
-/// A Zygo MetroPro .dat, byte by byte from the table of offsets, big-endian.
+/// A Zygo MetroPro .dat, written byte by byte from the table of offsets, big-endian.
 struct MetroProFile {
   std::uint32_t magic = 0x881B0370, header_bytes = 834;
   std::uint32_t intensity_width = 0, intensity_height = 0, frames = 0;
@@ -112,8 +111,8 @@ struct MetroProFile {
   float scale = 0.5f, wavelength = 6.328e-7f, obliquity = 1, lateral = 1e-4f;
   std::uint32_t phase_resolution = 1, sign = 0;
   std::string comment = "Sphere 7";
-  /// Phase of (row from the top, column). Unless said otherwise 1000 counts a column, -100,000 a row; (top
-  /// row, column 1) is invalid.
+  /// Phase at (row from the top, column): by default 1000 counts per column, -100,000 per row; (0, 1) is
+  /// invalid.
   std::function<std::int32_t(std::uint32_t, std::uint32_t)> count = [](std::uint32_t row,
                                                                        std::uint32_t column) {
     if (row == 0 && column == 1) return std::int32_t(2147483640);
@@ -156,15 +155,15 @@ struct MetroProFile {
   }
 };
 
-/// A round part as an interferometer sees it, and the file of it; `map` is what a reader has to find.
+/// A round part as measured by an interferometer, and its file; `map` is the expected result of a reader.
 struct Interferogram {
   HeightMap map;
   MetroProFile file;
 };
 
-/// 25 nm of astigmatism, 12 of coma, 8 of spherical aberration, 400 plane waves with 2-D PSD ~ f^-2.5 and 6
-/// nm RMS from 60 /m to half the Nyquist frequency, a rim turned down by 300 nm over its last 5 %, a ragged
-/// edge with two bites, dropouts, single and in groups, with every invalid code; rounded to counts.
+/// 25 nm of astigmatism, 12 of coma, 8 of spherical aberration, and 400 plane waves with 2-D PSD ~ f^-2.5 and
+/// 6 nm RMS from 60 /m to half the Nyquist frequency. The last 5 % are turned down by 300 nm, the edge is
+/// ragged with two bites, and dropouts have every invalid code. Heights are rounded to counts.
 inline Interferogram made_interferogram(Eigen::Index rows, Eigen::Index columns) {
   Interferogram made;
   MetroProFile& file = made.file;
@@ -182,7 +181,7 @@ inline Interferogram made_interferogram(Eigen::Index rows, Eigen::Index columns)
   const double high = 0.25 / map.pitch_x;
   double squares = 0;
   for (int wave = 0; wave < kWaves; ++wave) {
-    // Evenly in log f each wave stands for f^2 of the plane of frequencies.
+    // With even spacing in log f each wave represents an area f^2 of the frequency plane.
     const double f = kLow * std::pow(high / kLow, (wave + draws.uniform()) / kWaves),
                  angle = 2 * std::numbers::pi * draws.uniform(),
                  phase = 2 * std::numbers::pi * draws.uniform();

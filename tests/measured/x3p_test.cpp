@@ -1,5 +1,5 @@
-// Against files of an independent writer (write_instrument_files.py), archives made here byte by byte, and a
-// measured one where it is at hand.
+// Tests against files of an independent writer (write_instrument_files.py), archives made here, and a
+// measured one.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -109,7 +109,6 @@ TEST_F(X3p, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
   source = map_source(source.path);
   source.value_factor = 1e-9;
   EXPECT_EQ(refusal([&] { read_x3p(source); }).pointer(), "option 'value_unit'");
-  // Integers without a unit.
   const std::string counts = replaced(kMain, ">D<", ">I<"),
                     values = values_of<std::int16_t>({1, 2, 3, 4, 5, 6});
   EXPECT_TRUE(contains(refused(counts, values).allowed(), "option 'value_unit'"));
@@ -153,7 +152,7 @@ TEST_F(X3p, RefusesWhatItCannotReadAndSaysWhere) {
   refusal([&] { read_x3p(map_source(folder_.file("missing.x3p"))); });
 }
 
-// Who packs a folder instead of its content gets one more level.
+// An archive of a folder instead of its content has one more level.
 TEST_F(X3p, ReadsAnArchiveWhoseMembersLieInOneFolder) {
   const auto with = [&](const test::PackedFiles& files) {
     return read_x3p(map_source(folder_.write("a.x3p", zip_of(files))));
@@ -162,11 +161,11 @@ TEST_F(X3p, ReadsAnArchiveWhoseMembersLieInOneFolder) {
   for (const std::string& at : {std::string("part/"), std::string("two/levels/"), std::string("a b.x3p/")}) {
     test::PackedFiles files = {{at + "main.xml", kMain}, {at + "data.bin", kValues}};
     test::expect_same_map(with(files), flat, 0);
-    // What a Mac puts beside it.
+    // macOS adds such files.
     files.insert(files.begin(), {"__MACOSX/" + at + "._main.xml", "junk"});
     test::expect_same_map(with(files), flat, 0);
   }
-  // The one at the top is meant, whatever else there is.
+  // A main.xml at the top level has precedence.
   test::expect_same_map(with({{"old/main.xml", "junk"}, {"main.xml", kMain}, {"data.bin", kValues}}), flat,
                         0);
   EXPECT_TRUE(contains(refused_bytes(zip_of({{"a/main.xml", kMain}, {"b/main.xml", kMain}})).found(),
@@ -194,13 +193,13 @@ TEST_F(X3p, NamesArchivesOfOtherKinds) {
 }
 
 TEST_F(X3p, UnpacksNoMoreThanItsSizeAsksFor) {
-  // A directory that promises 4 GB, in a method that could hold them and in one that could not.
+  // The directory claims 4 GB, in a method that could hold them and in one that could not.
   for (const std::uint64_t method : {0, 8}) {
     const InputError error = refused_bytes(zip_of({{"main.xml", kMain}}, method, 0xf0000000));
     EXPECT_EQ(error.pointer(), "main.xml");
     EXPECT_TRUE(contains(error.found(), "4026531840 bytes")) << error.what();
   }
-  // Below the limit of main.xml, and still more than deflate can hold in so few bytes.
+  // Below the limit of main.xml, but more than deflate can hold in so few bytes.
   EXPECT_TRUE(contains(refused_bytes(zip_of({{"main.xml", kMain}}, 8, 1 << 23)).found(), "8388608 bytes"));
   // A map of 8 GB in an archive of 1 kB.
   const std::string huge = replaced(replaced(kMain, ">3<", ">1000000<"), ">2<", ">1000<");
@@ -213,7 +212,7 @@ TEST_F(X3p, DamagedFilesAreRefusedOrReadNeverACrash) {
     const std::string bytes = test::read_file(path);
     EXPECT_GT(test::read_damaged(bytes, bytes.size(), "x3p", 700, read_file).refused, 200);
   }
-  // The CRC hides what lies behind it, so damaged descriptions and damaged heights are packed afresh.
+  // A damaged member fails its CRC, so damaged descriptions and heights are packed anew.
   const auto read_main = [&](const std::string& path) {
     folder_.write("b.x3p", zip_of({{"main.xml", test::read_file(path)}, {"data.bin", kValues}}));
     try {
@@ -236,7 +235,7 @@ TEST_F(InstrumentsOnRealData, X3pHasTheSizeAndTheRmsThatAreKnown) {
   EXPECT_NEAR(650 * map.pitch_y, 2.044783737930349e-4, 1e-17);
   const double rms = std::sqrt((map.height - map.height.mean()).square().mean());
   EXPECT_NEAR(rms, 7.728033273597876e-8, 1e-6 * 7.7e-8);
-  // RMS gradient by forward differences, which tells x from y.
+  // The RMS gradient by forward differences distinguishes x from y.
   const Eigen::Index n = 649;
   const Grid dx = (map.height.block(0, 1, n, n) - map.height.block(0, 0, n, n)) / map.pitch_x,
              dy = (map.height.block(1, 0, n, n) - map.height.block(0, 0, n, n)) / map.pitch_y;

@@ -28,7 +28,7 @@ std::string small_file(int unit, const std::string& header = "") {
   return text;
 }
 
-// Heights, slopes and twist of a smooth surface without symmetry, with two holes and the marker's bump.
+// Heights, slopes and twist of a smooth surface without symmetry, with two holes and the bump of the marker.
 GridSag wavy(Eigen::Index rows, Eigen::Index columns, double offset) {
   GridSag sag;
   sag.map = test::marker_map(rows, columns, 1.5e-3, offset);
@@ -116,7 +116,7 @@ TEST(ZemaxGridSag, RoundTripsThroughBothReaders) {
       expect_near(own.map.pitch_y, sag.map.pitch_y);
       expect_near(own.map.x0, sag.map.x0);
       expect_near(own.map.y0, sag.map.y0);
-      // Independently: in millimetres, line by line.
+      // An independent reading in millimetres, line by line.
       std::istringstream in(text);
       std::string comment;
       std::getline(in, comment);

@@ -33,7 +33,7 @@ void expect_reads_as(const MetroProFile& file) {
   ASSERT_EQ(map.columns(), Eigen::Index(file.columns));
   for (std::uint32_t r = 0; r < file.rows; ++r)
     for (std::uint32_t c = 0; c < file.columns; ++c) {
-      const double found = map.height(file.rows - 1 - r, c);  // the top row comes first in the file
+      const double found = map.height(file.rows - 1 - r, c);  // the top row is first in the file
       if (r == 0 && c == 1) {
         EXPECT_TRUE(std::isnan(found));
       } else {
@@ -62,7 +62,7 @@ TEST_F(ZygoOnRealData, SampleAgreesWithItsReadme) {
 }
 
 TEST_F(ZygoOnRealData, SampleAgreesPointByPointWithAReadingFromItsEnd) {
-  // The phase is the last thing in the file: read backwards from the end, without the header's lengths.
+  // The phase is at the end of the file. It is read backwards from there, without the lengths in the header.
   const std::string bytes = test::read_file(file("valid_zygo_dat_file.dat"));
   const HeightMap map = read_zygo(source_of(file("valid_zygo_dat_file.dat")));
   std::size_t at = bytes.size();
@@ -191,9 +191,9 @@ TEST(Zygo, RefusesWhatItCannotReadAndSaysWhere) {
   EXPECT_EQ(refused(with(164, 0, 4)).pointer(), "byte 164");
   EXPECT_EQ(refused(with(176, 0x7fc00000, 4)).pointer(), "byte 176");  // NaN
   EXPECT_EQ(refused(with(184, 0xbf800000, 4)).pointer(), "byte 184");  // -1
-  // A wavelength in micrometres or nanometres instead of metres.
+  // The wavelength is in micrometres instead of metres.
   EXPECT_EQ(refused(with(168, std::bit_cast<std::uint32_t>(0.6328f), 4)).pointer(), "byte 168");
-  // Frames that the file does not have, 65535 x 65535 x 65535 of them; no memory is asked for.
+  // The file claims 65535 x 65535 x 65535 intensity values; no memory is allocated.
   std::string huge = MetroProFile().bytes();
   for (const std::size_t at : {52u, 54u, 56u}) put_bytes(&huge, at, 65535, 2);
   EXPECT_TRUE(contains(refused(huge).found(), "too early"));

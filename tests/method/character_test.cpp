@@ -1,5 +1,5 @@
-// Surfaces with a known fault are found by it, draws are not. All are plane waves written here: another way
-// to a random surface than the one that the method compares with.
+// The character test finds surfaces with a known fault and accepts random surfaces. All surfaces are sums of
+// plane waves written here, independent of the random surfaces of the method.
 #include "aberfit/method/character.h"
 
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ struct Surface {
   Eigen::VectorXd coefficients;
 };
 
-// Independent normal amplitudes on a grid of frequencies of half a cycle across, each with the variance of
-// its cell times `times`(f).
+// Independent normal amplitudes on a grid of frequencies half a cycle across apart, each with the variance of
+// its grid cell times `times`(f).
 Surface waves(std::uint64_t seed, const std::function<double(double)>& times, double stretch_x = 1,
               double high = kHigh) {
   const double step = 0.5 / kDiameter;
@@ -45,7 +45,7 @@ Surface waves(std::uint64_t seed, const std::function<double(double)>& times, do
       const double f = step * std::hypot(j, k);
       if ((j == 0 && k <= 0) || f < kLow || f > high) continue;
       surface.terms.fourier.push_back({stretch_x * k * step, j * step});
-      sigma.push_back(std::sqrt(2 * psd * step * step * times(f)));  // a cell and its mirror image
+      sigma.push_back(std::sqrt(2 * psd * step * step * times(f)));  // a grid cell and its mirror image
     }
   surface.coefficients.resize(surface.terms.size());
   const RandomStream stream(seed, "character-test");
@@ -91,13 +91,12 @@ TEST(Character, ADrawIsInsideAsOftenAsStated) {
       ++measures;
     }
   }
-  // 1.2 of 120 are expected outside; 6 or more come once in 500.
+  // 1.2 of 120 are expected outside; 6 or more occur once in 500.
   EXPECT_EQ(measures, 5 * kSurfaces);
   EXPECT_LE(outside, 5);
 }
 
-// A bin of a quarter of an octave at 13 cycles across has some forty independent amplitudes, which know it to
-// 16 %.
+// A bin of a quarter octave at 13 cycles across has some forty independent amplitudes: known to 16 %.
 TEST(Character, FindsTheBinWhosePsdIsThreeTimesTooHigh) {
   constexpr double kTop = 40, kFrom = 27, kTo = 33;
   const auto raised = [](double f) { return f > kFrom && f < kTo ? 3.0 : 1.0; };
@@ -125,7 +124,7 @@ TEST(Character, FindsASurfaceThatIsStretchedAlongX) {
   EXPECT_NE(found.fault(), "");
 }
 
-// Six waves at the corners of a hexagon have the height of the roughness and throw it into a few ghost stars.
+// Six waves at the corners of a hexagon have the height of the roughness but scatter into a few ghost images.
 TEST(Character, FindsAFewPlaneWavesByTheContrastOfTheirImage) {
   Surface few;
   few.terms.radius = 0.5 * kDiameter;
@@ -139,7 +138,7 @@ TEST(Character, FindsAFewPlaneWavesByTheContrastOfTheirImage) {
   EXPECT_GT(found.bright_share->value, 1.5 * found.bright_share->mean);
 }
 
-// Of a quatrefoil: mean of rho^6 over the ring a..b against the disc's 1/4.
+// For a quatrefoil the squared ratio is the mean of rho^6 over the ring a..b against 1/4 over the disc.
 TEST(Character, SlopesByZoneAreThoseOfTheClosedForm) {
   Surface quatrefoil;
   quatrefoil.terms.radius = 0.5 * kDiameter;
@@ -147,7 +146,7 @@ TEST(Character, SlopesByZoneAreThoseOfTheClosedForm) {
   quatrefoil.coefficients = Eigen::VectorXd::Constant(1, 1e-8);
   Study study = study_of();
   const Groundwork ground = lay_groundwork(study);
-  quatrefoil.terms.fourier = {{kHigh, 0}};  // only so that the grid is that of the whole band
+  quatrefoil.terms.fourier = {{kHigh, 0}};  // a zero term that extends the grid to the whole band
   quatrefoil.coefficients.conservativeResize(3);
   quatrefoil.coefficients.tail(2).setZero();
   const Character found = character_of(study, ground, quatrefoil.terms, quatrefoil.coefficients, {2});
@@ -156,7 +155,6 @@ TEST(Character, SlopesByZoneAreThoseOfTheClosedForm) {
   EXPECT_NE(found.fault(), "");
 }
 
-// At other wavelengths a draw is as far off as draws are.
 TEST(Character, InOtherLightADrawIsAsFarOffAsDraws) {
   const Character found = CharacterOf()(draw(5));
   ASSERT_EQ(found.others.size(), 4u);

@@ -1,4 +1,4 @@
-// What people read while a fit goes on: the set, the distance, and when it is likely to end.
+// The progress line of a fit: set of terms, distance from the tolerances, expected end.
 #include "../../src/method/fit_progress.h"
 
 #include <gtest/gtest.h>
@@ -18,9 +18,9 @@ FitProgress falling(int iteration, double from) {
 }
 
 TEST(FitProgressLine, EndsWhereAGeometricFallReachesTheTolerances) {
-  // From e^6 to 1 in six iterations, four of which are left after two.
+  // From e^6 to 1 takes six iterations, four of which are left after two.
   EXPECT_NEAR(seconds_left(falling(0, std::exp(6.0)), falling(2, std::exp(6.0))), 2, 1e-12);
-  // What is within the tolerances has nothing left.
+  // A mismatch within the tolerances has nothing left.
   EXPECT_EQ(seconds_left(falling(0, std::exp(2.0)), falling(3, std::exp(2.0))), 0);
   FitProgress rests = falling(0, 7);
   rests.iteration = 3;
@@ -36,7 +36,6 @@ TEST(FitProgressLine, SaysSetIterationDistanceTimeAndEnd) {
       "fit: set 2 of 3 at most, 1650 terms; iteration 2, 54.6 tolerances off, 1.0 s, likely end at 3 s");
 }
 
-// Before a pace is known, 10 to 40 iterations; later, that there is none.
 TEST(FitProgressLine, WithoutAPaceSaysARangeOrThatNoEndIsInSight) {
   FitProgressLine line(12);
   line(falling(0, 5));
@@ -49,7 +48,6 @@ TEST(FitProgressLine, WithoutAPaceSaysARangeOrThatNoEndIsInSight) {
   EXPECT_NE(line(p).find("no end in sight"), std::string::npos) << line(p);
 }
 
-// The mismatch of another smoothing begins anew.
 TEST(FitProgressLine, CountsThePaceOfOneSolve) {
   FitProgressLine line(12);
   line(falling(0, std::exp(6.0)));

@@ -1,4 +1,4 @@
-// Known aberrations that move the image: who is told, how far, and that the tilt which is advised ends it.
+// Known aberrations that move the image: the warning, its shift, and the tilt that removes it.
 #include "aberfit/method/image_shift.h"
 
 #include <fmt/format.h>
@@ -28,20 +28,20 @@ Study study_of(const std::string& noll, const std::string& rest = "",
       "study.json");
 }
 
-// What the warning says: lengths before the words.
+// The length before `words` in the warning.
 double length_before(const std::string& text, const std::string& words) {
   std::smatch found;
   if (!std::regex_search(text, found, std::regex(R"(([-0-9.e+]+ [a-z]+) )" + words))) return NAN;
   return parse_quantity(found[1].str(), Dimension::kLength);
 }
 
-// Of a surface a Z the light's centroid lies at 2f times its mean slope: of Z_2 = 2x/R 4 f a/R, of Z_8 with
-// its tilt sqrt(2) of that. A tilt of as much the other way centres the light.
+// For a surface a Z the centroid lies at 2f times its mean slope: 4 f a/R for Z_2 = 2x/R, sqrt(2) of that for
+// Z_8 with its tilt. An opposite tilt of the same size centres the image.
 TEST(ImageShift, IsSaidWithTheTiltThatEndsIt) {
   struct Case {
     const char *noll, *shape;
     int axis;
-    double tilt, shift;  // advised, found [m]
+    double tilt, shift;  // recommended, found [m]
     bool coma = false;
   };
   const char* const kCircle = R"("shape": "circle", "diameter": "0.4 m")";
@@ -62,8 +62,7 @@ TEST(ImageShift, IsSaidWithTheTiltThatEndsIt) {
     EXPECT_NEAR(length_before(said->message, "from the nominal focus") / one.shift, 1, 5e-3) << said->message;
     EXPECT_NEAR(length_before(said->message, fmt::format("to Noll {}", one.axis)) / one.tilt, 1, 5e-3)
         << said->message;
-    // The core of coma lies at the focus, and its centroid in the tail; the core of a tilt is at the
-    // centroid.
+    // The core of coma lies at the focus, its centroid in the tail; the core of a tilt lies at the centroid.
     const double about_focus = length_before(said->message, "about the focus"),
                  about_centroid = length_before(said->message, "about the centroid");
     EXPECT_GT(one.coma ? about_centroid : about_focus, 1.01 * (one.coma ? about_focus : about_centroid))

@@ -1,5 +1,5 @@
-// The light of a fitted map: of its heights, of its terms, of these with the residual's PSD. Against sums
-// over a polar pupil and small-aberration formulas written here, and draws of a known roughness.
+// Wave-optics statistics of a map, of its terms, and of the terms with the residual's PSD. References: sums
+// over a polar pupil, small-aberration formulas, and random surfaces of a known roughness.
 #include "aberfit/method/map_light.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ namespace {
 constexpr double kDiameter = 50e-3, kFocalLength = 1.0, kWavelength = 632.8e-9;
 constexpr double kRadius = kDiameter / 2;
 constexpr int kAcross = 160;
-// Of the grid: an edge of 160 cells and f/20 in a paraxial pupil; the largest error seen is 3e-5.
+// Error of the grid: an edge of 160 cells, and f/20 in a paraxial pupil. The largest error seen is 3e-5.
 constexpr double kGridError = 1e-4;
 
 Task scene() {
@@ -34,7 +34,7 @@ Task scene() {
 
 using Surface = std::function<double(double x, double y)>;
 
-// Points of a round part, the rim in the middle of the outermost pixels.
+// Points of a round part, with the rim in the middle of the outermost pixels.
 HeightMap map_of(const Surface& height, int across = kAcross) {
   HeightMap map;
   map.pitch_x = map.pitch_y = kDiameter / across;
@@ -64,7 +64,7 @@ Lit light_of(const HeightMap& map, int order, const Task& task = scene(), bool w
   return lit;
 }
 
-// RMS height of every term, orthonormal on the disc; the polynomials written anew.
+// RMS height of every term, orthonormal on the disc; the polynomials are written anew.
 struct LowOrder {
   double defocus, coma, astigmatism;
 
@@ -76,7 +76,7 @@ struct LowOrder {
   double rms() const { return std::sqrt(defocus * defocus + coma * coma + astigmatism * astigmatism); }
 };
 
-// The pattern by direct sums over rings of the pupil: no grid of cells, no transform.
+// The pattern by direct sums over rings of the pupil, without grid or transform.
 class DirectSum {
  public:
   explicit DirectSum(const Surface& height) {
@@ -86,11 +86,11 @@ class DirectSum {
         const double angle = 2 * kPi * (j + 0.5) / kSpokes;
         const double x = node.rho * std::cos(angle), y = node.rho * std::sin(angle);
         x_.push_back(x), y_.push_back(y);
-        // There and back: twice the height.
+        // The path is twice the height.
         wave_.push_back(std::polar(node.weight / kSpokes, -2 * kPi / kWavelength * 2 * height(x, y)));
       }
   }
-  // Irradiance over that of the pupil without heights in its focus.
+  // Irradiance over the focal peak of the pupil with zero height.
   double operator()(double x, double y) const {
     std::complex<double> sum = 0;
     const double k = -2 * kPi / (kWavelength * kFocalLength);
@@ -105,7 +105,7 @@ class DirectSum {
       for (int j = -4; j <= 4; ++j) best = std::max(best, (*this)(i * step, j * step));
     return best;
   }
-  // Share of the light within a radius: the peak of the flat pupil is area/(lambda f)^2 of all light.
+  // Energy fraction within a radius. The peak of the flat pupil is area/(lambda f)^2 of the total energy.
   double share(double radius) const {
     constexpr int kSpokes = 24;
     double sum = 0;
@@ -128,8 +128,8 @@ int count_of(const Warnings& warnings, const std::string& code) {
       std::count_if(warnings.begin(), warnings.end(), [&](const Warning& w) { return w.code == code; }));
 }
 
-// exp(-(2 pi sigma)^2), sigma the RMS wave aberration in waves, 2 of the surface (Mahajan 1983): for
-// aberrations of 0.2 rad it is off by a few per cent of the loss squared.
+// exp(-(2 pi sigma)^2), with sigma the RMS wave aberration in waves, twice that of the surface (Mahajan
+// 1983). For 0.2 rad its error is a few percent of the loss squared.
 TEST(MapLight, StrehlOfSmallAberrationsIsThatOfTheirRms) {
   for (const LowOrder& error : {LowOrder{6e-9, 0, 0}, LowOrder{0, 8e-9, 0}, LowOrder{5e-9, -6e-9, 4e-9}}) {
     const LitSurface lit = light_of(map_of(error), 4).light.measured;
@@ -144,11 +144,11 @@ TEST(MapLight, IsADirectSumOverThePupil) {
   const LowOrder error{35e-9, 45e-9, -25e-9};
   const DirectSum direct(error);
   const LitSurface lit = light_of(map_of(error), 4).light.measured;
-  EXPECT_NEAR(lit.strehl, direct.highest(), 2e-3);  // between samples a sixteenth of wavelength f/D apart
+  EXPECT_NEAR(lit.strehl, direct.highest(), 2e-3);  // samples are a sixteenth of lambda f/D apart
   EXPECT_LT(lit.strehl, 0.4);
   EXPECT_NEAR(direct.share(lit.ee50), 0.5, kGridError);
   EXPECT_NEAR(direct.share(lit.ee80), 0.8, kGridError);
-  // The image stands the right way up: coma points along x, and its sign is the surface's.
+  // The image has the right orientation: coma points along x with the sign of the surface.
   const double at = 0.6 * kWavelength * kFocalLength / kDiameter;
   const auto sample = [&](double x, double y) {
     const auto k = [&](double v) { return std::lround((v - lit.psf.first) / lit.psf.pitch); };
@@ -189,14 +189,13 @@ TEST(MapLight, TermsAreTheMapWhereTheMapIsTerms) {
     EXPECT_NEAR(other->ee90 / light.terms.ee90, 1, 1e-9);
     EXPECT_NEAR((other->share - light.terms.share).abs().maxCoeff(), 0, 1e-9);
   }
-  // Curve and radii say the same.
   const Eigen::ArrayXd& radius = light.radius;
   const auto beyond = std::lower_bound(radius.begin(), radius.end(), light.terms.ee80) - radius.begin();
   EXPECT_LT(light.terms.share[beyond - 1], 0.8);
   EXPECT_GE(light.terms.share[beyond], 0.8);
 }
 
-// Piston and tilt are the mount's: neither moves the light of the map, unless the terms have them.
+// Piston and tilt belong to the mount and do not move the image, unless the terms include them.
 TEST(MapLight, LeavesOutPistonAndTiltOfTheMount) {
   const LowOrder error{20e-9, 30e-9, 10e-9};
   const Lit plain = light_of(map_of(error), 4);
@@ -212,7 +211,7 @@ TEST(MapLight, LeavesOutPistonAndTiltOfTheMount) {
   EXPECT_NEAR(tilted.fit.mount.height, 3e-6, 1e-14);
 }
 
-// A hole in the data is none in the mirror. Opaque, three in a hundred points would scatter 3 % of the light.
+// A hole in the data is none in the mirror. If opaque, holes in 3 % of the points would scatter 3 %.
 TEST(MapLight, HolesHaveTheHeightOfTheTerms) {
   const LowOrder error{20e-9, 30e-9, 10e-9};
   const HeightMap whole = map_of(error);
@@ -231,10 +230,10 @@ TEST(MapLight, HolesHaveTheHeightOfTheTerms) {
   EXPECT_EQ(lit.light.cells, of_whole.light.cells);
   EXPECT_NEAR(lit.light.measured.strehl, of_whole.light.measured.strehl, 1e-6);
   EXPECT_NEAR(lit.light.measured.ee90 / of_whole.light.measured.ee90, 1, 1e-6);
-  EXPECT_EQ(valid_count(lit.panels.residual.map), Eigen::Index(inside - dropped));  // drawn blank
+  EXPECT_EQ(valid_count(lit.panels.residual.map), Eigen::Index(inside - dropped));  // left blank in the panel
   EXPECT_EQ(count_of(lit.light.warnings, "map-filled"), 0);
 
-  // A bite of the rim, and points of another mount: the grid need not cover the aperture.
+  // A missing part of the rim, and points of another mount: the grid need not cover the aperture.
   HeightMap bitten = whole;
   const Eigen::Index kept = whole.columns() * 85 / 100;
   bitten.height = Grid(whole.height.leftCols(kept));
@@ -259,7 +258,7 @@ struct RoughPart {
 
 TEST_WITH_SHORT_FORM(MapLight, TermsWithThePsdOfTheResidualHaveTheLightOfTheMap) {
   const int draws = whole ? 2 : 1;
-  constexpr double kRms = 22e-9;  // g 0.44, a sixth of the light
+  constexpr double kRms = 22e-9;  // g = 0.44; a sixth of the energy scatters
   const LowOrder error{12e-9, 15e-9, -10e-9};
   const Task task = scene();
   const RadialPsd psd = RoughPart::psd(kRms);
@@ -269,11 +268,11 @@ TEST_WITH_SHORT_FORM(MapLight, TermsWithThePsdOfTheResidualHaveTheLightOfTheMap)
   for (int seed = 1; seed <= draws; ++seed) {
     const Lit lit = light_of(RoughPart::map(kRms, std::uint64_t(seed), error), 4);
     const MapLight& light = lit.light;
-    // The PSD: its RMS is that of some thousand independent points.
+    // The RMS of the PSD has the precision of some thousand independent points.
     EXPECT_NEAR(light.rest.rms_height / kRms, 1, 0.05);
     EXPECT_NEAR(light.rest.tis, 1 - std::exp(-g2), 0.1 * g2);
     EXPECT_EQ(count_of(light.warnings, "residual-psd-rms"), 0);
-    // Core and scatter: the terms alone are brighter by exp(g^2).
+    // Core and scatter: the Strehl ratio of the terms alone is larger by exp(g^2).
     const double own = std::pow(4 * kPi * lit.panels.residual.rms / kWavelength, 2);
     EXPECT_NEAR(light.terms.strehl / light.measured.strehl, std::exp(own), 0.02);
     EXPECT_NEAR(light.terms.strehl / light.terms_and_rest.strehl, std::exp(own), 0.02);
@@ -286,7 +285,7 @@ TEST_WITH_SHORT_FORM(MapLight, TermsWithThePsdOfTheResidualHaveTheLightOfTheMap)
     const Eigen::ArrayXd spread =
         RealisationSpread({psd, task.mirror, task.aperture, task.wavelength, mean}, discs).light(psd.f_min());
     for (std::size_t k = 0; k < at.size(); ++k) {
-      // The PSD is known to some percent of the light that it scatters.
+      // The PSD is known to some percent of the energy that it scatters.
       const double allowed = spread[Eigen::Index(k)] + 0.02 * g2;
       const double measured = light.measured.share[at[k]];
       worst = std::max(worst, std::abs(light.terms_and_rest.share[at[k]] - measured) / allowed);
@@ -298,7 +297,7 @@ TEST_WITH_SHORT_FORM(MapLight, TermsWithThePsdOfTheResidualHaveTheLightOfTheMap)
   EXPECT_GT(bare, 10);
 }
 
-// Shapes that the closed forms do not know: a hexagon, with white noise.
+// A hexagon with white noise, which the closed forms do not cover.
 TEST(MapLight, StandsOnAnyAperture) {
   Task task = scene();
   PolygonAperture hexagon;
@@ -325,13 +324,13 @@ TEST(MapLight, PsdOfTheResidualHoldsTheCornersOfTheGrid) {
   for (Eigen::Index at = 0; at < map.height.size(); ++at)
     map.height.data()[at] += 10e-9 * stream.normal(std::uint64_t(at));
   const Lit lit = light_of(map, 4);
-  // 10,000 points of the rectangle: 0.7 % of an RMS; corners left out: 0.89.
+  // 10,000 points of the rectangle determine an RMS to 0.7 %; without the corners it would be 0.89.
   EXPECT_NEAR(lit.light.rest.rms_height / lit.panels.residual.rms, 1, 0.03);
   EXPECT_NEAR(lit.light.rest.f_max, 2 / std::sqrt(kPi) * 0.5 / map.pitch_x, 1);
   EXPECT_NEAR(lit.light.terms_and_rest.strehl / lit.light.measured.strehl, 1, 5e-3);
 }
 
-// Turning marks scatter like everything else that the terms leave.
+// Turning marks scatter like everything else in the residual.
 TEST(MapLight, PsdOfTheResidualKeepsItsLines) {
   HeightMap map = RoughPart::map(2e-9, 1, {12e-9, 0, 0});
   for (Eigen::Index row = 0; row < map.rows(); ++row)
@@ -353,7 +352,7 @@ TEST(MapLight, SaysWhereOnePsdDoesNotDescribeTheResidual) {
         rim.height(row, column) += rough.height(row, column);
   EXPECT_EQ(count_of(light_of(even, 4).light.warnings, "residual-psd-rms"), 0);
   EXPECT_EQ(count_of(light_of(rim, 4).light.warnings, "residual-psd-rms"), 1);
-  // As uneven, and too little for light to tell.
+  // The residual is equally uneven, but its scatter is too weak to matter.
   rim.height *= 0.05;
   const MapLight faint = light_of(rim, 4).light;
   EXPECT_LT(faint.rest.tis, 1e-3);
@@ -361,7 +360,7 @@ TEST(MapLight, SaysWhereOnePsdDoesNotDescribeTheResidual) {
 }
 
 TEST(MapLight, HasNoLightWhereThePhaseTurnsFasterThanThePoints) {
-  // 2 um over the last tenth: a wave a point and more.
+  // 2 um over the last tenth change the phase by more than a wave per point.
   const auto steep = [](double x, double y) { return 200e-6 * std::pow(std::hypot(x, y) / kRadius, 4); };
   const Lit lit = light_of(map_of(steep), 4);
   EXPECT_NE(lit.light.measured.obstacle.find("too steep"), std::string::npos);
@@ -385,7 +384,7 @@ TEST(MapLight, NeedsSquareCellsForImagesOnly) {
   EXPECT_NEAR(flat.measured.ee80 / square.measured.ee80, 1, 1e-3);
 }
 
-// A sphere at f/20 is off a parabola by 4.8 um at the rim: all columns have its spherical aberration.
+// A sphere at f/20 departs from a parabola by 4.8 um at the rim. All surfaces have its spherical aberration.
 TEST(MapLight, StandsOnTheMirrorOfTheTask) {
   Task sphere = scene();
   sphere.mirror.conic = 0;

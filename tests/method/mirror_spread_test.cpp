@@ -1,4 +1,4 @@
-// How far single mirrors differ in what is judged of them, against drawn mirrors of a code of the tests.
+// Predicted spread of single mirrors in the judged statistics, against independently computed mirrors.
 #include "aberfit/method/mirror_spread.h"
 
 #include <gtest/gtest.h>
@@ -21,11 +21,11 @@ namespace {
 using testing_draws::DrawnMirrors;
 
 constexpr double kLambda = 632.8e-9, kFocal = 2.8, kDiameter = 0.4;
-constexpr double kPromisedFactor = 1.5;  // of predicted over drawn spreads, where they are seen
-constexpr double kWidthFactor = 2.2;  // of the widths of rings, whose planes are correlated as by a constant
+constexpr double kPromisedFactor = 1.5;  // predicted over observed spread, above kSeen
+constexpr double kWidthFactor = 2.2;  // for ring widths, whose planes are correlated by an unknown constant
 constexpr double kSeen = 0.1;         // tolerances
 constexpr int kDraws = 40;
-constexpr double kSampling = 1.34;  // three standard errors, 1/sqrt(2 n), of the spread of so many draws
+constexpr double kSampling = 1.34;  // three standard errors, 1/sqrt(2 n) each, of a measured spread
 
 double height_of(double g) { return g * kLambda / (4 * std::numbers::pi); }
 
@@ -36,7 +36,7 @@ struct Scene {
   int cells = 128;
 };
 
-// A core is what roughness leaves of the perfect spot: exp(-g^2) of the light.
+// The core is the part of the perfect spot that the roughness leaves: exp(-g^2) of the energy.
 std::vector<Scene> with_core() {
   return {{"uniform, g 0.5", UniformPsd{height_of(0.5), 2.5, 19.96}},
           {"uniform wide, g 1, annulus", UniformPsd{height_of(1), 2.5, 100}, 0.14, 256},
@@ -69,8 +69,8 @@ double deviation(const Eigen::ArrayXd& values) {
   return std::sqrt((values - values.mean()).square().sum() / double(values.size() - 1));
 }
 
-// By how much the width of N(z) in a ring differs from its mean, of drawn mirrors: what N at the ends of the
-// mean width has above half of its peak, over the slope there.
+// Deviation of the width of N(z) in a ring from its mean, for random mirrors: the excess of N over half its
+// peak at the ends of the mean width, over the slope there.
 Eigen::ArrayXd ring_widths(DrawnMirrors* drawn, const GeneralisedHarveyShack& mean, double radius,
                            std::uint64_t seed) {
   const auto light = [&](double dz) -> Eigen::ArrayXd {
@@ -91,8 +91,8 @@ struct Seen {
   double factor() const { return std::max(predicted / drawn, drawn / predicted); }
 };
 
-// Every judged encircled energy in the focus and on one side of it, and the rings; of the short form only in
-// the focus and in the farthest plane that is fitted, and one ring.
+// Every judged encircled energy in the focus and on one side of it, and the rings. The short form has the
+// focus, the farthest fitted plane and one ring.
 std::vector<Seen> seen_in(const Scene& scene, bool whole, std::uint64_t seed) {
   const Study study = study_of(scene);
   const Layout layout = lay_out(study, 1);
@@ -101,7 +101,7 @@ std::vector<Seen> seen_in(const Scene& scene, bool whole, std::uint64_t seed) {
   for (const StatisticSpread& one : predicted.statistics) known[one.name] = one.tolerances;
   DrawnMirrors drawn({RadialPsd(scene.psd), kFocal, kDiameter, scene.inner, kLambda, scene.cells}, {});
   std::map<double, DrawnMirrors::Discs> planes;
-  std::map<double, std::vector<std::pair<std::string, double>>> names;  // with what a tolerance is of light
+  std::map<double, std::vector<std::pair<std::string, double>>> names;  // with the energy of one tolerance
   std::vector<Seen> seen;
   double farthest = 0;
   for (const Target& target : layout.targets.fitted)
@@ -174,7 +174,7 @@ TEST_WITH_SHORT_FORM(MirrorSpread, IsThatOfFortyDrawsWithACoreAndWithout) {
   }
 }
 
-// 3,000 modes carry the slope of a mirror with a core, whose rays hardly differ; its light does.
+// 3,000 modes carry the slope of a mirror with a core. Its rays hardly vary, but its irradiance does.
 TEST(MirrorSpread, OfACoreIsNotThatOfItsRays) {
   const Study study = study_of({"", KCorrelationPsd{height_of(0.5), 0.1, 2.8, 2.5, 1000}});
   const Layout layout = lay_out(study, 1);
@@ -191,7 +191,7 @@ TEST(MirrorSpread, OfACoreIsNotThatOfItsRays) {
   }
 }
 
-// By rays there is a spread of light, too, where there is a theory of it.
+// Results by rays have a spread of the encircled energies, too, where a wave theory exists.
 TEST(MirrorSpread, IsThereByRaysAndNotWithoutRoughness) {
   Study study = study_of({"", UniformPsd{height_of(2), 2.5, 19.96}});
   study.target.theory = Theory::kGeometric;
@@ -208,7 +208,7 @@ TEST(MirrorSpread, IsThereByRaysAndNotWithoutRoughness) {
     return 0.0;
   };
   EXPECT_GT(ee90(light), 0.03);
-  EXPECT_NEAR(ee90(rays) / ee90(light), 1, 0.25);  // the radius of rays is 6 % off that of light
+  EXPECT_NEAR(ee90(rays) / ee90(light), 1, 0.25);  // radii of rays and wave optics differ by 6 %
   Groundwork none = by_waves.ground;
   none.psd.reset();
   none.spread.reset();

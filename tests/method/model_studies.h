@@ -5,11 +5,11 @@
 
 namespace aberfit {
 
-/// Of the mirror that they are of [m].
+/// Parameters of the mirror [m].
 inline constexpr double kLambda = 632.8e-9, kFocal = 2.8, kDiameter = 0.4;
 
-/// Uniform PSDs whose regime is known: g = 4 pi sigma/lambda = 0.5 in waves; 3.97 with a spot of 2.8 and of
-/// 12 Airy ee90, where rays are percents off; 40, where they are not.
+/// Uniform PSDs of known regime. g = 4 pi sigma/lambda = 0.5: waves. g = 3.97 with a spot of 2.8 and of 12
+/// Airy ee90: rays err by percents. g = 40: rays are accurate.
 inline const char* const kSmooth =
     R"({"model": "uniform", "rms": "25.18 nm", "f_min": "2.5 /m", "f_max": "19.96 /m"})";
 inline const char* const kShallow =

@@ -1,4 +1,3 @@
-// What a study gets that leaves the choice to the program.
 #include "aberfit/method/plan.h"
 
 #include <fmt/format.h>
@@ -47,8 +46,8 @@ TEST(DefaultOrder, EndsWhereTheSlopesOfAGaussianDo) {
   EXPECT_EQ(make_terms(study, ground, study.terms, &captured).zernike.back().n, law::kLargestOrder);
 }
 
-// Mean PSD of the terms' draws in the last bin below the cut, over the disc, exact: coefficients have the
-// covariance L L^T, and the PSD is quadratic in them.
+// Mean PSD of random coefficients in the last bin below the cut, over the disc. It is exact, because
+// coefficients have the covariance L L^T and the PSD is quadratic in them.
 double last_bin_of(const Study& study, const Groundwork& ground, int order) {
   TermsSpec asked;
   asked.zernike.emplace(ZernikeSpec{1, order});
@@ -66,8 +65,8 @@ double last_bin_of(const Study& study, const Groundwork& ground, int order) {
   return sum;
 }
 
-// The plateau of law::kOrderBeyondCut, beside an order twice as far: from a twentieth beyond the cut on terms
-// have all that the roughness has there, a quarter before it they lack a third and more.
+// The plateau of law::kOrderBeyondCut, against an order twice as high. From a twentieth beyond the cut on,
+// terms carry all of the roughness; a quarter before it they lack a third and more.
 TEST(DefaultOrder, HasAllOfTheLastBinBelowTheCut) {
   for (const char* psd : {R"({"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": 12})",
                           R"({"model": "k-correlation", "rms": "100 nm", "correlation_length": "0.1 m",

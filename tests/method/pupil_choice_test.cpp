@@ -1,4 +1,3 @@
-// The tests ask when waves work in single precision, and what asks for a fine grid.
 #include "aberfit/method/pupil_choice.h"
 
 #include <fmt/format.h>
@@ -23,7 +22,7 @@ Study study_of(const std::string& rms, const std::string& target = "{}", const s
                      "study.json");
 }
 
-// On many cells, and unless a tolerance is near the rounding.
+// Single precision needs many grid cells and tolerances well above its rounding.
 TEST(SinglePrecision, IsForFitsOnManyCells) {
   const auto fits = [](FocusModel model, Eigen::Index cells, double tolerance) {
     TargetSets targets;
@@ -43,7 +42,7 @@ TEST(WavePitch, SaysWhatAsksForAGridThatNoMemoryHolds) {
       run_fit(parse_study(text, "study.json"), {});
     } catch (const ComputationError& error) {
       return std::string(error.what());
-    } catch (const InputError& error) {  // of the number that can hardly be meant
+    } catch (const InputError& error) {  // for the value outside the plausible range
       return std::string(error.what());
     }
     return std::string();
@@ -59,7 +58,7 @@ TEST(WavePitch, SaysWhatAsksForAGridThatNoMemoryHolds) {
       why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "1 nm", "f_min": )"
                   R"("2.5 /m", "f_max": "20 /mm"}}, "terms": {"fourier": {"count": 9}}})");
   EXPECT_NE(fine.find("cells across the aperture, more than 16384"), std::string::npos) << fine;
-  std::string planes;  // of light that is all scatter: none of it asks for room
+  std::string planes;  // all energy is scatter and needs no field of view
   try {
     wave_pitch(study_of("100 nm"), TermSet{0.2, {}, {}, {}}, {Target{EncircledEnergyRadius{0.5, 1.0}, 1e-3}},
                nullptr);

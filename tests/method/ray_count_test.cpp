@@ -1,4 +1,4 @@
-// How many rays or cells are enough, told from fresh ones.
+// The number of rays or grid cells that is enough, judged by fresh ones.
 #include "aberfit/method/ray_count.h"
 
 #include <gtest/gtest.h>
@@ -17,12 +17,12 @@ namespace {
 TEST(AutomaticRays, KeepWhatAStudyNames) {
   const ResultDocument result =
       run_fit(parse_study(small_study(R"({"zernike": {"n_max": 14}})", "5000"), "study.json"), {});
-  EXPECT_NEAR(double(result.rays), 5000, 250);  // polar pupils come near it
+  EXPECT_NEAR(double(result.rays), 5000, 250);  // polar pupils only come near the number
   ASSERT_TRUE(result.ray_choice.has_value());
   EXPECT_FALSE(result.ray_choice->automatic);
 }
 
-// More while fresh rays say otherwise, know too little, or leave the verdict open; never beyond the most.
+// The number grows while fresh rays disagree, err too much, or leave the verdict undecided, up to a maximum.
 TEST(AutomaticRays, DoubleUntilFreshRaysSettleIt) {
   const auto enough = [](double gap, double error, Verdict verdict, std::int64_t rays = 16384) {
     RayChoice choice;
@@ -36,7 +36,7 @@ TEST(AutomaticRays, DoubleUntilFreshRaysSettleIt) {
   EXPECT_FALSE(enough(0.001, 0.0051, Verdict::kDifferent));
   EXPECT_FALSE(enough(0.001, 0.001, Verdict::kUndecided));
   EXPECT_TRUE(enough(0.02, 0.02, Verdict::kUndecided, std::int64_t(1) << 40));
-  EXPECT_TRUE(enough(HUGE_VAL, HUGE_VAL, Verdict::kDifferent));  // no value, which more rays do not bring
+  EXPECT_TRUE(enough(HUGE_VAL, HUGE_VAL, Verdict::kDifferent));  // no value, which more rays do not change
   EXPECT_EQ(more_rays(16384), 32768);
 }
 
@@ -49,14 +49,14 @@ TEST(AutomaticRays, StayUntilFreshRaysSayTheSame) {
   EXPECT_LE(choice.gap, choice.allowed);
   EXPECT_LE(choice.sampling_error, choice.allowed);
   EXPECT_DOUBLE_EQ(choice.allowed, law::kRayShareOfMargin * 0.02);
-  // The gap, anew from what the result shows.
+  // The gap is computed again from the shown values.
   double gap = 0;
   for (Eigen::Index k = 0; k < result.fitted.size(); ++k) {
     const Target& target = result.targets[std::size_t(k)];
     gap = std::max(gap, std::abs(result.fitted[k] - result.validated[k]) / target.value);
   }
-  // The choice has it in light, over the theory's slope; the curve of one surface of 42 modes is by a tenth
-  // or two steeper or flatter.
+  // The choice computes it from energy fractions over the theory's slope. The slope of a single surface of 42
+  // modes differs by a tenth or two.
   EXPECT_NEAR(choice.gap, gap, 0.25 * gap);
 }
 

@@ -1,4 +1,3 @@
-// How often the stated intervals of rays hold the truth.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,11 +31,11 @@ Surface draw(double rms, int n_max, std::uint64_t seed) {
 
 struct Coverage {
   double share = 0;
-  double error = 0;  // standard, from the scatter between the groups: the statistics of one are correlated
+  double error = 0;  // standard error from groups, because the statistics of one group are correlated
 };
 
-// Share of 90 % intervals about the statistics of a group of fresh rays that hold the truth, a hundred times
-// as many rays of another seed. A group is a seed and a surface; groups are independent.
+// Returns the fraction of 90 % intervals from fresh rays that contain the truth. The truth comes from a
+// hundred times as many rays. A group is a seed and a surface; groups are independent.
 Coverage coverage(int groups_per_surface, std::int64_t rays) {
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.3, 0},     EncircledEnergyRadius{0.5, 0},
                                           EncircledEnergyRadius{0.9, 0},     EncircledEnergyRadius{0.8, 1e-3},
@@ -71,7 +70,7 @@ Coverage coverage(int groups_per_surface, std::int64_t rays) {
   return {mean, std::sqrt((squares / groups - mean * mean) / (groups - 1))};
 }
 
-// What the normal quantile covers of t_7 is 85.6 %: of 8 scrambles an interval of "90 %" needs Student's t.
+// The normal quantile covers 85.6 % of t_7, so a "90 %" interval from 8 scrambles needs Student's t.
 TEST(RayIntervals, HoldTheTruthAsOftenAsTheySay) {
   const Coverage found = coverage(60, 4096);
   RecordProperty("per_mille", int(1000 * found.share));

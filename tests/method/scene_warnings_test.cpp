@@ -1,4 +1,4 @@
-// What a specification, a trace and a comparison of branches say before anything is fitted.
+// Warnings of a specification, a trace and a comparison of branches, before any fit.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -49,7 +49,6 @@ TEST(SceneWarnings, DiagonalCovariancePilesSlopesUpAtTheRim) {
   EXPECT_EQ(said("full"), "");
 }
 
-// Each says what its terms can do about it.
 TEST(SceneWarnings, TruncatedTermsHaveARemedyOfTheirKind) {
   const std::string rough =
       R"(, "roughness": {"psd": {"model": "uniform", "rms": "50 nm", "f_min": "2.5 /m", "f_max": "20 /m"}})";
@@ -67,7 +66,6 @@ TEST(SceneWarnings, TruncatedTermsHaveARemedyOfTheirKind) {
   EXPECT_EQ(message(automatic.warnings, "truncated-terms"), "");
 }
 
-// Before the fit, too.
 TEST(SceneWarnings, OfTargetsAreThoseOfCheck) {
   const std::string sharp = R"(, "target": {"statistics": {"ee50": {"value": "1 nm"}}})" + kSmooth;
   EXPECT_TRUE(
@@ -87,8 +85,8 @@ TEST(SceneWarnings, GrazingIncidenceBelowThirtyNanometres) {
   EXPECT_EQ(said("30.1 nm"), "");
 }
 
-// Scattered once by frequencies of 2e5 to 3e5 /m light goes to 7.3 to 10.9 degrees: (3^2 - 2.744^2)/(3^2 -
-// 2^2) = 0.294 of it beyond ten degrees. 15 nm: 8.5 % scatter, 100 nm: 98 %.
+// Frequencies of 2e5 to 3e5 /m scatter once to 7.3 to 10.9 degrees: (3^2 - 2.744^2)/(3^2 - 2^2) = 0.294 of
+// that energy lies beyond ten degrees. At 15 nm 8.5 % scatters, at 100 nm 98 %.
 TEST(SceneWarnings, LightBeyondTenDegreesIsToldWhileItIsLittle) {
   const auto said = [](const std::string& rms) {
     const Study study = parse_study(study_of(R"(, "roughness": {"psd": {"model": "uniform", "rms": ")" + rms +
@@ -119,15 +117,15 @@ TEST(SceneWarnings, SteepSlopesWhereTheMarginSeesTheSecondOrder) {
         "study.json");
     return message(lay_groundwork(study).use.warnings, "steep-slopes");
   };
-  // In the focus: such spots leave no planes beside it.
+  // Only the focus is used, because such spots leave no planes beside it.
   const std::string geometric = R"({"theory": "geometric", "statistics": {"ee50": {}}})";
   EXPECT_TRUE(has(said("1.56 mm", geometric), "first order")) << said("1.56 mm", geometric);
   EXPECT_EQ(said("1.50 mm", geometric), "");
   EXPECT_EQ(said("1.56 mm", R"({"theory": "rays", "statistics": {"ee50": {}}})"), "");
 }
 
-// The same slopes: 4.6 slope^2 is the tolerance of a fit, 1e-3, at a slope of 0.01474. With height, radii and
-// angles that no mirror has together plane waves were doubled to 4,096 in vain.
+// For the same slopes, 4.6 slope^2 equals the tolerance of a fit, 1e-3, at a slope of 0.01474. No mirror has
+// the closed form's height, radii and angles at once.
 TEST(SceneWarnings, TargetsOfSteepSlopesAreThoseOfRaysUnlessTheStudyNamesATheory) {
   const auto ground = [](double slope, const std::string& target, const std::string& trace = "") {
     const Study study = parse_study(
@@ -155,19 +153,20 @@ TEST(SceneWarnings, TargetsOfSteepSlopesAreThoseOfRaysUnlessTheStudyNamesATheory
   EXPECT_EQ(of(0.0149, R"(, "target": {"theory": "geometric"})").theory, Theory::kGeometric);
   EXPECT_EQ(of(0.0149, R"(, "target": {"theory": "ghs"})").theory, Theory::kGhs);
   EXPECT_EQ(of(0.0149, "", R"(, "trace": {"model": "waves"})").theory, Theory::kGhs);
-  // By the closest tolerance that the theory's own values are to be met with; given ones are met as they are.
+  // The closest tolerance of a theory value decides; given values do not count.
   const std::string ee50 = R"(, "target": {"statistics": {"ee50": {)";
   EXPECT_EQ(of(0.0149, ee50 + R"("tolerance": 2e-3}}})").theory, Theory::kGhs);
   EXPECT_EQ(of(0.0146, ee50 + R"("tolerance": 9e-4}, "ee90": {}}})").theory, Theory::kRays);
   EXPECT_EQ(of(0.0149, ee50 + R"("value": "60 mm"}}})").theory, Theory::kGhs);
-  // Where there is no wave theory: statistics about the centroid.
+  // No wave theory exists for statistics about the centroid.
   const std::string centroid = R"(, "trace": {"centre": "centroid"})";
   EXPECT_EQ(of(0.0146, "", centroid).theory, Theory::kGeometric);
   EXPECT_EQ(of(0.0149, "", centroid).theory, Theory::kRays);
   EXPECT_EQ(of(0.0149, R"(, "target": {"convention": "paper"})").theory, Theory::kGeometric);
 }
 
-// Rays forced upon a scene that needs waves: radii of light are no matter of the slope's second order.
+// Rays are forced upon a scene that needs waves. The targets stay, because the second order of the slope does
+// not affect radii by wave optics.
 TEST(SceneWarnings, TargetsStayThoseOfLightWhereRaysWillNotDo) {
   const Study study = parse_study(
       study_of(
@@ -180,8 +179,8 @@ TEST(SceneWarnings, TargetsStayThoseOfLightWhereRaysWillNotDo) {
   EXPECT_EQ(ground.use.theory, Theory::kGhs);
 }
 
-// Defocus sqrt(3) c (2 rho^2 - 1) on a parabola: the slope r / (2 f) + 4 sqrt(3) c r / R^2 turns rays from
-// 45 degrees on away from the focus.
+// Defocus sqrt(3) c (2 rho^2 - 1) on a parabola: the slope r / (2 f) + 4 sqrt(3) c r / R^2 turns rays away
+// from the focus from 45 degrees on.
 TEST(TraceWarnings, LostRaysAreThoseSteeperThanFortyFiveDegrees) {
   const Study study = parse_study(
       study_of(kValue + R"(, "terms": {"zernike": {"n_max": 2}}, "trace": {"rays": 2048})"), "study.json");
@@ -205,9 +204,9 @@ TEST(TraceWarnings, LostRaysAreThoseSteeperThanFortyFiveDegrees) {
   EXPECT_EQ(message(whole.warnings, "lost-rays"), "");
 }
 
-// One mode of n = 2, whose third derivative is zero: differences see its slopes but for rounding. Z_3^3 =
-// sqrt(8) rho^3 cos 3a: they miss sqrt(8) c d^2/R^3 of dh/dx, as much of none of dh/dy (x^3 - 3 x y^2; the
-// RMS of the gradient is sqrt(8) c 3 / (R sqrt(3))), so d^2/(R^2 sqrt(3)) of it.
+// A mode of n = 2 has no third derivative, so central differences are exact but for rounding. For Z_3^3 =
+// sqrt(8) rho^3 cos 3a they miss sqrt(8) c d^2/R^3 of dh/dx and nothing of dh/dy (x^3 - 3 x y^2). The RMS of
+// the gradient is sqrt(8) c 3 / (R sqrt(3)), so the relative error is d^2/(R^2 sqrt(3)).
 TEST(TraceWarnings, CentralDifferencesSayWhatTheyMissOfTheSlopes) {
   const auto said = [](const std::string& normals) {
     const Study study = parse_study(

@@ -1,4 +1,4 @@
-// What theory says, fast, against the targets that a fit of the same study has.
+// Fast values of theory against the targets of a fit of the same study.
 #include "aberfit/method/theory_values.h"
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 namespace aberfit {
 namespace {
 
-// Rounding of the same formula from two sides.
+// Rounding of one formula evaluated in two ways.
 constexpr double kRounding = 1e-12;
 
 Study study_of(const std::string& more, double rms_nm = 60) {
@@ -56,7 +56,7 @@ TEST(TheoryValues, ComeFromTheTheoryThatAFitTakes) {
       EXPECT_EQ(theory_of_targets(study, psd), choose_physics(study, requested_physics(study), &psd).theory)
           << target << rms;
     }
-  // Terms that are not round leave the closed form to drawn rays.
+  // A mirror without symmetry has no closed form and uses random rays.
   const Study bent = parse_study(
       R"({ "aberfit": 1, "mirror": { "focal_length": "2.8 m", "zernike": { "noll": { "5": "1 um" } } },
     "aperture": { "shape": "circle", "diameter": "0.4 m" }, "light": { "wavelength": "632.8 nm" },

@@ -25,7 +25,6 @@ EquivalenceMetric judge(double target, double target_error, double model, double
 }  // namespace
 
 TEST(Tost, IntervalIsTheNormalQuantileTimesTheErrorOfTheRatio) {
-  // Target 80 um +- 0.4 um, model 81 um +- 0.3 um.
   const EquivalenceMetric metric = judge(80e-6, 0.4e-6, 81e-6, 0.3e-6, 0.05, 0.99);
   const double error = std::sqrt(std::pow(0.3 / 80.0, 2) + std::pow(81.0 / 80.0 * 0.4 / 80.0, 2));
   constexpr double kRounding = 1e-15;  // a handful of operations on numbers of order 0.01
@@ -40,8 +39,8 @@ TEST(Tost, IntervalIsTheNormalQuantileTimesTheErrorOfTheRatio) {
   EXPECT_EQ(metric.model, 81e-6);
 }
 
-// Student's t at 0.95 from tables: 1.895 for 7 degrees of freedom, 1.753 for 15 (Abramowitz & Stegun 26.10,
-// to more digits from its closed form for odd numbers of them).
+// Student's t at 0.95 from tables: 1.895 for 7 degrees of freedom, 1.753 for 15 (Abramowitz & Stegun 26.10;
+// more digits from the closed form for odd degrees).
 TEST(Tost, AnErrorFromAFewSamplesTakesStudentsT) {
   constexpr double kT7 = 1.894578605090006, kT15 = 1.7530503556925727, kRounding = 1e-12;
   EXPECT_NEAR(student_quantile(0.95, 7), kT7, kRounding);
@@ -56,11 +55,11 @@ TEST(Tost, AnErrorFromAFewSamplesTakesStudentsT) {
   EXPECT_NEAR(reach(0, 0.001, {kInfinity, 7}), 0.001 * kT7, kRounding);
   EXPECT_NEAR(reach(0.001, 0, {15, 7}), 0.001 * kT15, kRounding);
   EXPECT_NEAR(reach(0, 0.001, {}), 0.001 * kQuantile95, kRounding);
-  // Welch and Satterthwaite: 9 + 16 = 25 of errors 3 and 4, 625/(81/15 + 256/7).
+  // Welch and Satterthwaite for errors 3 and 4: 625/(81/15 + 256/7), with 25 = 9 + 16.
   const double together = 625.0 / (81.0 / 15 + 256.0 / 7);
   EXPECT_NEAR(effective_degrees_of_freedom(3, 15, 4, 7), together, kRounding);
   EXPECT_NEAR(reach(0.003, 0.004, {15, 7}), 0.005 * student_quantile(0.95, together), kRounding);
-  // Equal errors with equal freedom have that of both; one that is known leaves more than the other's own.
+  // Equal errors with equal degrees of freedom have the sum of both; a known error raises those of the other.
   EXPECT_NEAR(effective_degrees_of_freedom(2, 7, 2, 7), 14, kRounding);
   EXPECT_NEAR(effective_degrees_of_freedom(2, kInfinity, 2, 7), 28, kRounding);
   EXPECT_EQ(effective_degrees_of_freedom(0, 7, 0, 7), kInfinity);
@@ -116,8 +115,7 @@ TEST(Tost, DoesNotDependOnTheUnitOfTheStatistic) {
   EXPECT_NEAR(metres.interval[1], other.interval[1], 1e-15);
 }
 
-// The promise of the test: whoever is exactly one margin away is called equivalent in 1 - confidence of all
-// experiments.
+// A difference of exactly one margin is called equivalent in 1 - confidence of all experiments.
 TEST(Tost, DeclaresEquivalenceAtTheMarginAsOftenAsItsConfidenceAllows) {
   constexpr int kExperiments = 200000;
   const double margin = 0.01, model_error = 1.2e-3, target_error = 0.9e-3;
@@ -131,8 +129,8 @@ TEST(Tost, DeclaresEquivalenceAtTheMarginAsOftenAsItsConfidenceAllows) {
         ++equivalent;
     }
     const double rate = double(equivalent) / kExperiments;
-    // Binomial: sqrt(0.05 0.95 / 200000) = 4.9e-4, four of them; the ratio's second order moves z by 0.01,
-    // i.e. the rate by 1e-3.
+    // The binomial error is sqrt(0.05 0.95 / 200000) = 4.9e-4; four of them are allowed. The second order of
+    // the ratio moves z by 0.01, and the rate by 1e-3.
     EXPECT_NEAR(rate, 0.05, 4 * 4.9e-4 + 1e-3);
   }
 }
@@ -187,7 +185,7 @@ double gaussian_share(double radius, double sigma) { return -std::expm1(-0.5 * s
 TEST(JudgeInLight, IsTheRadiusWhereTheCurveIsSteep) {
   const Target target = gaussian_ee80();
   EXPECT_NEAR(*target.curve_slope, 2 * 0.2 * std::log(5.0), 1e-14);
-  // A spot 0.4 % larger: E(r_p) falls by 0.004 r dE/dr to first order.
+  // For a spot 0.4 % larger, E(r_p) falls by 0.004 r dE/dr to first order.
   const double share = gaussian_share(target.value, 10.04e-6);
   const EquivalenceMetric metric = judge_target(target, false, 1.004 * target.value, share, 0, 0.01, 0.95);
   EXPECT_NEAR(metric.share_difference, share - 0.8, 1e-15);
@@ -195,7 +193,7 @@ TEST(JudgeInLight, IsTheRadiusWhereTheCurveIsSteep) {
   EXPECT_NEAR(metric.difference, 0.004, 1e-4);
   EXPECT_NEAR(metric.relative_difference, 0.004, 1e-12);
   EXPECT_EQ(metric.verdict, Verdict::kEquivalent);
-  // 1.4 % larger is different by both.
+  // 1.4 % larger is different by both measures.
   const double far = gaussian_share(target.value, 10.14e-6);
   EXPECT_EQ(judge_target(target, false, 1.014 * target.value, far, 0, 0.01, 0.95).verdict,
             Verdict::kDifferent);
@@ -204,13 +202,13 @@ TEST(JudgeInLight, IsTheRadiusWhereTheCurveIsSteep) {
 TEST(JudgeInLight, IsAShareOfTheLightWhereTheCurveIsFlat) {
   Target target = gaussian_ee80();
   target.curve_slope = 0.05;  // between core and halo
-  // A radius 4 % off is 0.2 % of the light there: within the 0.35 % that a margin of 1 % asks for.
+  // A radius 4 % off is 0.2 % of the energy there, within the 0.35 % for a margin of 1 %.
   const EquivalenceMetric good = judge_target(target, false, 1.04 * target.value, 0.798, 0, 0.01, 0.95);
   EXPECT_NEAR(good.tolerance_share, 0.0035, 1e-15);
   EXPECT_NEAR(good.difference, 0.002 / 0.35, 1e-12);
   EXPECT_EQ(good.verdict, Verdict::kEquivalent);
   EXPECT_EQ(judge_target(target, false, target.value, 0.796, 0, 0.01, 0.95).verdict, Verdict::kDifferent);
-  // Its standard error counts: 0.1 % of the light at 90 % reaches beyond.
+  // A standard error of 0.1 % of the energy extends the 90 % interval beyond the margin.
   EXPECT_EQ(judge_target(target, false, target.value, 0.798, 1e-3, 0.01, 0.95).verdict, Verdict::kUndecided);
 }
 
@@ -247,7 +245,7 @@ TEST(ModelError, WidensTheIntervalToBothSides) {
   EXPECT_EQ(with_model_error(sharp, 0.003).verdict, Verdict::kEquivalent);
 }
 
-// Known to be near the edge, as near as the model's error: no number of samples decides it.
+// The difference is known to lie within the model's error of the edge; no number of samples decides it.
 TEST(Tost, SamplesDecideNothingThatTheModelsErrorLeavesOpen) {
   const auto open = [](double difference, double standard_error) {
     return with_model_error(judge(1.0, 0, 1 + difference, standard_error), 0.003);
@@ -260,7 +258,7 @@ TEST(Tost, SamplesDecideNothingThatTheModelsErrorLeavesOpen) {
   }
   ASSERT_EQ(open(0.006, 0.001).verdict, Verdict::kUndecided);
   EXPECT_TRUE(more_samples_could_decide(open(0.006, 0.001)));
-  // A model that errs by twice the margin never says equivalent; sampling of 1.5 margins leaves no more open.
+  // A model error of twice the margin never gives `equivalent`, even without sampling error.
   const EquivalenceMetric coarse = with_model_error(judge(1.0, 0, 1.0, 0.009), 0.02);
   ASSERT_EQ(coarse.verdict, Verdict::kUndecided);
   EXPECT_FALSE(more_samples_could_decide(coarse));
@@ -279,7 +277,7 @@ TEST(StrayLight, IsATightToleranceFarFromTheCore) {
   EXPECT_EQ(margin_of(far, asked), asked.margin);
   asked.stray_light = 0.02;
   const JudgedSet judged({far}, {});
-  // 0.95 and 0.0015 less: 3 % more light outside, well within 1 % of max(r dE/dr, 0.35).
+  // 0.0015 below 0.95 is 3 % more energy outside, well within 1 % of max(r dE/dr, 0.35).
   const auto verdict = [&](double share) {
     FreshStatistics fresh;
     fresh.value = Eigen::Vector2d(1e-4, share);
@@ -291,7 +289,7 @@ TEST(StrayLight, IsATightToleranceFarFromTheCore) {
   EXPECT_NEAR(verdict(0.95).tolerance_share, 0.02 * 0.05, 1e-15);
   asked.stray_light.reset();
   EXPECT_EQ(verdict(0.95 - 0.0015).verdict, Verdict::kEquivalent);
-  // Near the core the margin is the tighter one.
+  // Near the core the margin is the closer limit.
   far.statistic = EncircledEnergyRadius{0.2, 0};
   asked.stray_light = 0.02;
   EXPECT_EQ(margin_of(far, asked), asked.margin);

@@ -1,4 +1,4 @@
-// A surface from a file need not be as the study's roughness: its own light decides the grid.
+// A surface from a file may differ from the study's roughness; its own slopes decide the grid.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +38,7 @@ GivenSurface zernikes(const std::vector<ZernikeMode>& modes, double rms) {
   return surface;
 }
 
-// Modes of the order n, as many as asked for.
+// The first `count` modes of order n.
 std::vector<ZernikeMode> of_order(int n, int count) {
   std::vector<ZernikeMode> modes;
   for (int m = -n; m <= n && int(modes.size()) < count; m += 2) modes.push_back({n, m});
@@ -76,7 +76,7 @@ TEST(TracedSurface, HasTheGridOfItsOwnLight) {
   }
 }
 
-// All of its light misses the focus: nothing to print.
+// All rays miss the focus, so no statistic has a value.
 TEST(TracedSurface, WithoutAnyValueIsAnError) {
   for (const double height : {0.2, 1.0, 30.0}) {
     const Study study = smooth_study(

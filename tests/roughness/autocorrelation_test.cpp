@@ -11,14 +11,14 @@ using std::numbers::pi;
 
 namespace {
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kAcf = 1e-11;  // of C(0), as the header promises
+constexpr double kAcf = 1e-11;  // relative to C(0), from the header
 const std::vector<double> kDistances = {1e-12, 1e-6, 1e-4, 1e-3, 3e-3, 0.01, 0.0317, 0.1, 0.2, 0.4, 3.0};
 }  // namespace
 
 TEST(Autocorrelation, OfAGaussianIsGaussianAlsoByQuadrature) {
   const double s = 1e-7, l = 0.01;
   const RadialPsd closed(GaussianPsd{s, l});
-  const RadialPsd banded = closed.band(0, 1e5);  // S there is exp(-1e7): the same ACF by quadrature
+  const RadialPsd banded = closed.band(0, 1e5);  // S there is exp(-1e7), so quadrature must give the same ACF
   for (const double r : kDistances) {
     const double truth = s * s * std::exp(-r * r / (l * l));
     EXPECT_NEAR(autocorrelation(closed, r), truth, 1e-14 * s * s) << r;
@@ -30,7 +30,7 @@ TEST(Autocorrelation, OfAKCorrelationWithExponentThreeIsExponential) {
   // nu = 1/2: sqrt(a) K_1/2(a) is proportional to exp(-a).
   const double s = 1e-7, B = 0.02;
   const RadialPsd closed(KCorrelationPsd{s, B, 3.0, 0, kInf});
-  // The two halves of the band have no closed form; together they must give it.
+  // The two halves of the band have no closed form, but their sum has.
   const RadialPsd below = closed.band(0, 130), above = closed.band(130, kInf);
   for (const double r : kDistances) {
     const double truth = s * s * std::exp(-2 * pi * r / B);
@@ -60,7 +60,7 @@ TEST(Autocorrelation, OfAUniformBandIsADifferenceOfDiscs) {
     const double truth = level * (disc(b) - disc(a));
     EXPECT_NEAR(autocorrelation(whole, r), truth, 1e-13 * s * s) << r;
   }
-  // A power law of exponent 0 is the same PSD without a closed form here: J0 turns 3e6 times at r = 3 m.
+  // A power law of exponent 0 is the same PSD without a closed form. J0 oscillates 3e6 times at r = 3 m.
   const RadialPsd power(PowerLawPsd{s, {}, 0.0, a, b});
   for (const double r : kDistances)
     EXPECT_NEAR(autocorrelation(power, r), autocorrelation(whole, r), kAcf * s * s) << r;
@@ -91,7 +91,7 @@ TEST(Autocorrelation, OfATableAgreesWithBruteForce) {
   TablePsd table{{2, 3, 5.5, 30, 41}, {3e-17, 5e-17, 1e-17, 2e-18, 4e-19}};
   const RadialPsd psd(table);
   for (const double r : {0.001, 0.05, 0.3, 2.0}) {
-    // Composite midpoint rule in log f per table interval, with one Richardson step: error h^4.
+    // Composite midpoint rule in log f per table interval, with one Richardson step; error of order h^4.
     const auto midpoint = [&](int n) {
       double sum = 0;
       for (std::size_t i = 0; i + 1 < table.frequency.size(); ++i) {
@@ -123,7 +123,7 @@ TEST(Autocorrelation, AtManyDistancesIsThatAtEach) {
 }
 
 TEST(CorrelationLength, MatchesTheClosedForms) {
-  // Gaussian: int exp(-(r/l)^2) dr = sqrt(pi) l / 2; exponential ACF: B / (2 pi); uniform: 2 pi (b-a)/(2 pi)
+  // Gaussian: int exp(-(r/l)^2) dr = sqrt(pi) l / 2. Exponential ACF: B / (2 pi). Uniform: 2 pi (b-a)/(2 pi)
   // / (pi (b^2-a^2)) = 1/(pi (a+b)).
   EXPECT_NEAR(correlation_length(RadialPsd(GaussianPsd{1e-7, 0.01})) / (0.5 * std::sqrt(pi) * 0.01), 1,
               1e-12);

@@ -8,7 +8,7 @@
 using namespace aberfit;
 
 TEST(Bessel, AgreesWithTheLibraryOnEveryInstructionSet) {
-  constexpr double kAbsolute = 6e-15, kRounding = 2e-16;  // as the header promises; largest seen 5.4e-15
+  constexpr double kAbsolute = 6e-15, kRounding = 2e-16;  // from the header; largest error 5.4e-15
   for (const InstructionSet set :
        {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (!is_supported(set)) continue;

@@ -1,4 +1,4 @@
-// Two-dimensional transforms, by lines of the library's own and by FFTW, against their sums.
+// Compares two-dimensional transforms, by the library's kernels and by FFTW, with direct sums.
 #include "aberfit/roughness/fourier_transform.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace aberfit {
 namespace {
 
-// Sides that lines serve, one that is short, one with a prime beyond 7; no multiples of eight among them.
+// The sizes include one short side and one with a prime above 7; few are multiples of eight.
 TEST(FourierTransform, IsItsSum) {
   for (const auto& [rows, columns] : {std::pair{64, 96}, {70, 135}, {105, 64}, {63, 64}, {64, 66}, {1, 90}}) {
     const RandomStream stream(5, "fourier-transform");

@@ -1,4 +1,4 @@
-// The transforms of lines against their sums, for every instruction set.
+// Compares the transforms of lines with direct sums, for every instruction set.
 #include "aberfit/roughness/line_kernel.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace aberfit {
 namespace {
 
 using Complex = std::complex<double>;
-// Of the largest sum, times the root of log2 n: 14 units in the last place; seen in double: 5.
+// Relative to the largest sum times the root of log2 n: 14 units in the last place; largest in double 5.
 template <typename Real>
 constexpr double kRounding = 14 * std::numeric_limits<Real>::epsilon();
 
@@ -40,7 +40,7 @@ std::vector<InstructionSet> supported_sets() {
   return sets;
 }
 
-// Lines longer than their transform, of both parts of two: elements n apart come as one.
+// Lines longer than their transform, for both parts of two: elements n apart are added.
 TYPED_TEST(LineKernelOf, FoldsWhatIsLongerThanATransform) {
   using Real = TypeParam;
   for (const InstructionSet set : supported_sets())
@@ -97,7 +97,7 @@ TYPED_TEST(LineKernelOf, TransformsOfEveryRadixAreTheirSums) {
   }
 }
 
-// Odd and even lengths, rows that are not there, and rows cut short.
+// The cases have odd and even lengths, missing rows and shortened rows.
 TEST(LineKernel, RealRowsAreTheSumsOfTheirHermitianHalves) {
   for (const InstructionSet set : supported_sets())
     for (const int n : {1, 2, 9, 15, 30, 64}) {

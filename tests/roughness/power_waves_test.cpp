@@ -35,7 +35,7 @@ TEST(WaveSum, AgreesWithTheLibraryOnEveryInstructionSet) {
       size += std::abs(a) + std::abs(b);
     }
   }
-  // Per wave 2e-15 + 1e-15 r f, r f up to 200.
+  // The error per wave is 2e-15 + 1e-15 r f, with r f up to 200.
   for (const InstructionSet set :
        {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (!is_supported(set)) continue;
@@ -44,7 +44,7 @@ TEST(WaveSum, AgreesWithTheLibraryOnEveryInstructionSet) {
 }
 
 TEST(PowerWaves, OfStretchesThatMeetAreTheIntegralOfEach) {
-  // Steep up and down, as points of a noisy table; the truth by Gauss-Legendre with the library's J0.
+  // S is steep, like a noisy table. The reference is Gauss-Legendre quadrature with the library's J0.
   const double edges[] = {40, 44, 50, 60}, exponents[] = {2.2, -9.0, 14.0};
   double psd[4] = {1.0};
   for (int s = 0; s < 3; ++s) psd[s + 1] = psd[s] * std::pow(edges[s + 1] / edges[s], -exponents[s]);
@@ -74,6 +74,7 @@ TEST(PowerWaves, OfStretchesThatMeetAreTheIntegralOfEach) {
                  std::pow(rule.nodes[j] / edges[s], -exponents[s]) *
                  boost::math::cyl_bessel_j(0, 2 * pi * r * rule.nodes[j]);
     }
-    EXPECT_NEAR(waves(r) / mass, truth / mass, 1e-14) << factor;  // the series' 1e-15 and rounding of phases
+    // 1e-15 of the series, and rounding of phases.
+    EXPECT_NEAR(waves(r) / mass, truth / mass, 1e-14) << factor;
   }
 }

@@ -13,7 +13,7 @@ namespace {
 
 const double kInf = std::numeric_limits<double>::infinity();
 
-// The same as the band of the evaluated PSD: at frequencies inside and outside, and its variance.
+// Compares with the band of the evaluated PSD: values inside and outside, and the variance.
 void expect_band(const PsdModel& model, double f_min, double f_max, double tolerance) {
   const std::optional<PsdModel> inside = psd_in_band(model, f_min, f_max);
   ASSERT_TRUE(inside);
@@ -55,7 +55,7 @@ TEST(PsdInBand, KeepsTheParameters) {
   EXPECT_EQ(k.f_min, 6);
   EXPECT_EQ(k.f_max, 200);
   EXPECT_LT(k.rms, 1e-8);
-  // A sum of which one part is left is that part.
+  // A sum with one part left is that part.
   EXPECT_TRUE(std::holds_alternative<UniformPsd>(
       psd_in_band(SumPsd{{UniformPsd{1e-8, 1, 2}, UniformPsd{1e-9, 3, 4}}}, 2.5, kInf).value()));
 }

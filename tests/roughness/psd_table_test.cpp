@@ -16,7 +16,7 @@ using std::numbers::pi;
 
 namespace {
 
-// A file with this text, removed again at the end of the test.
+// A file with this text, removed at the end of the test.
 class TextFile {
  public:
   explicit TextFile(const std::string& text)
@@ -33,7 +33,7 @@ class TextFile {
   std::string path_;
 };
 
-// Of a table in SI units.
+// The error message for a table in SI units.
 std::string message_of(const std::string& text, PsdTableOptions options = {}) {
   if (!options.frequency_factor) options.frequency_factor = 1;
   if (!options.psd_factor) options.psd_factor = 1;
@@ -162,8 +162,8 @@ TEST(PsdTableFile, ScalesWavefrontsAndHeights) {
 }
 
 TEST(PsdTableFile, BandCutSaysWhatItLeavesOut) {
-  // S = 1/f^3 on 1..100: variance 2 pi (1 - 1/100), slopes (2 pi)^2 2 pi (100 - 1); the cut 2..50 at no point
-  // of the table.
+  // S = 1/f^3 on 1..100 has the variance 2 pi (1 - 1/100) and the slope variance (2 pi)^2 2 pi (100 - 1). The
+  // cut 2..50 is at no point of the table.
   std::vector<double> f, s;
   for (const double x : {1.0, 3.0, 7.0, 100.0}) {
     f.push_back(x);
@@ -194,7 +194,7 @@ TEST(AbelRelation, OfAPurePowerIsTheClosedForm) {
 }
 
 TEST(PsdTableFile, DenseTablesReturnTheKCorrelationTheyWereSampledFrom) {
-  // 2-D: log-log interpolation errs by D^2/8 |d2 ln S/d(ln f)2|, D the spacing in ln f; for c = 2.8 that
+  // 2-D: log-log interpolation has an error of D^2/8 |d2 ln S/d(ln f)2|, with D the spacing in ln f. This
   // derivative is at most c/2 (at the knee).
   const KCorrelation2d surface = k_correlation_1d_to_2d(kProfile);
   for (const int per_decade : {20, 80}) {
@@ -215,11 +215,11 @@ TEST(PsdTableFile, DenseTablesReturnTheKCorrelationTheyWereSampledFrom) {
     EXPECT_GT(worst_two, 0.5 * bound);
     RecordProperty("worst_1d_over_step_1_5_" + std::to_string(per_decade),
                    std::to_string(worst_one / std::pow(step, 1.5)));
-    // 1-D: a chord of log S1 misses its slope by k (v - D/2), k the curvature, v = ln(x/f); against the
-    // kernel dv/sqrt(2 v) that is k D^(3/2)/(3 sqrt 2) S1/(2 pi f) from the first interval, a smaller
-    // alternating rest from the others. Over the S2 of a local power s this is 0.47 k D^(3/2)/(s
-    // Beta((s+1)/2, 1/2)), with k <= s at and beyond the knee and Beta >= 2 for s <= 1: below 0.25 D^(3/2);
-    // twice that is allowed for the rest and for the other side of the knee. Largest seen: 0.26.
+    // 1-D: a chord of log S1 has a slope error of k (v - D/2), k the curvature, v = ln(x/f). With the kernel
+    // dv/sqrt(2 v) the first interval gives k D^(3/2)/(3 sqrt 2) S1/(2 pi f); the others give a smaller
+    // alternating remainder. Relative to S2 of a local power s this is 0.47 k D^(3/2)/(s Beta((s+1)/2, 1/2)).
+    // At and beyond the knee k <= s, and Beta >= 2 for s <= 1, so it is below 0.25 D^(3/2). We allow twice
+    // that for the remainder and for the other side of the knee. Largest error: 0.26.
     EXPECT_LT(worst_one, 0.5 * std::pow(step, 1.5));
   }
 }

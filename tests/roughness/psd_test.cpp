@@ -13,7 +13,7 @@ using std::numbers::pi;
 
 namespace {
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kMoment = 1e-12;  // relative error the header promises
+constexpr double kMoment = 1e-12;  // relative error from the header
 double relative(double value, double truth) { return std::abs(value / truth - 1); }
 }  // namespace
 
@@ -46,7 +46,7 @@ TEST(PsdMoments, OfAUniformBandAreTheClosedForms) {
   EXPECT_LT(relative(m.height_variance, s * s), kMoment);
   EXPECT_LT(relative(m.slope_variance, 2 * pi * pi * s * s * (b * b + a * a)), kMoment);
   EXPECT_LT(relative(m.f2_squared, level * level * pi / 3 * (std::pow(b, 6) - std::pow(a, 6))), kMoment);
-  EXPECT_NEAR(m.rms_slope_per_axis(), 6.32e-6, 0.005e-6);  // the stand-in scene: 6.32e-6 to three figures
+  EXPECT_NEAR(m.rms_slope_per_axis(), 6.32e-6, 0.005e-6);  // the reference value has three digits
 }
 
 TEST(PsdMoments, OfAGaussianAreTheClosedForms) {
@@ -57,7 +57,7 @@ TEST(PsdMoments, OfAGaussianAreTheClosedForms) {
   EXPECT_LT(
       relative(m.f2_squared, 2 * pi * std::pow(pi * l * l * s * s, 2) / std::pow(2 * pi * pi * l * l, 3)),
       kMoment);
-  // Far tail alone: int_a^inf gives exp(-(pi l a)^2) = e^-355 of the variance.
+  // Only the distant tail: int_a^inf gives exp(-(pi l a)^2) = e^-355 of the variance.
   const double a = 6 / l;
   const double tail = radial_moment(RadialPsd(GaussianPsd{s, l}), 0, a, kInf);
   EXPECT_LT(relative(tail, s * s * std::exp(-std::pow(pi * l * a, 2))),
@@ -65,8 +65,8 @@ TEST(PsdMoments, OfAGaussianAreTheClosedForms) {
 }
 
 TEST(PsdMoments, OfAKCorrelationAreTheClosedForms) {
-  // v = 1 + (B f)^2: slope integral of c = 6 is 4 pi^2 pi A/B^4 int (v-1) v^-3 dv = 4 pi^3 A/(2 B^4);
-  // variance pi A/(2 B^2).
+  // With v = 1 + (B f)^2 the slope integral for c = 6 is 4 pi^2 pi A/B^4 int (v-1) v^-3 dv = 4 pi^3 A/(2
+  // B^4), and the variance is pi A/(2 B^2).
   const double s = 1e-7, B = 0.04;
   const PsdMoments m = psd_moments(RadialPsd(KCorrelationPsd{s, B, 6.0, 0, kInf}));
   const double A = 2 * B * B * s * s / pi;
@@ -113,7 +113,7 @@ TEST(RadialPsd, BandAndScaleActOnTheMomentsAsTheyShould) {
 }
 
 TEST(EffectiveModes, OfAFilledUniformBandAreThreeQuartersOfTheModesInTheBand) {
-  // S constant on [0, b]: (pi S b^4/2)^2 / (pi S^2 b^6/3) = 3/4 pi b^2.
+  // S is constant on [0, b]: (pi S b^4/2)^2 / (pi S^2 b^6/3) = 3/4 pi b^2.
   const double b = 40, area = pi * 0.04;
   const double modes = effective_modes(psd_moments(RadialPsd(UniformPsd{1e-7, 0, b})), area);
   EXPECT_LT(relative(modes, 0.75 * pi * b * b * area), 1e-11);
@@ -139,8 +139,8 @@ TEST(KCorrelation, ProfilePsdIsTheIntegralOfTheSurfacePsdOverTheOtherFrequency) 
   const KCorrelation2d surface = k_correlation_1d_to_2d(profile);
   EXPECT_DOUBLE_EQ(surface.exponent, 2.7);
   for (const double fx : {0.0, 3.0, 20.0, 400.0}) {
-    // f_y = w tan(t) turns int dfy (w^2 + fy^2)^(-c/2) into w^(1-c) int cos(t)^(c-2) dt, w^2 = fx^2 + 1/B^2;
-    // t = tanh-sinh by hand: trapezoid in s with t = (pi/2) tanh(sinh(s)), where both ends decay
+    // f_y = w tan(t) turns int dfy (w^2 + fy^2)^(-c/2) into w^(1-c) int cos(t)^(c-2) dt, w^2 = fx^2 + 1/B^2.
+    // The tanh-sinh rule is a trapezoid in s with t = (pi/2) tanh(sinh(s)), where both ends decay
     // double-exponentially.
     const double w = std::hypot(fx, 1 / surface.correlation), c = surface.exponent, h = 1.0 / 64;
     double sum = 0;

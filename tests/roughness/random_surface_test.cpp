@@ -18,9 +18,8 @@ using std::numbers::pi;
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kProfile = 1e-9;  // of S1, as the header promises
-// Cells beyond the eighth are integrated with two nodes a side; the largest error seen is 6.4e-7 of the
-// variance.
+constexpr double kProfile = 1e-9;  // relative to S1, from the header
+// Cells beyond the eighth have two nodes per side. The largest error is 6.4e-7 of the variance.
 constexpr double kCells = 1e-5;
 
 struct Size {
@@ -43,7 +42,7 @@ struct Sample {
   double error() const { return std::sqrt((squares / count - mean() * mean()) / (count - 1)); }
 };
 
-// int_a^b g df by tanh-sinh, which bears square-root ends.
+// int_a^b g df by the tanh-sinh rule, which allows square-root ends.
 template <class F>
 double integrated(const F& g, double a, double b) {
   boost::math::quadrature::tanh_sinh<double> rule;
@@ -51,7 +50,7 @@ double integrated(const F& g, double a, double b) {
   return half * rule.integrate([&](double t) { return g(middle + half * t); }, -1.0, 1.0, 1e-11);
 }
 
-// S over one cell of the frequency grid, by many midpoints.
+// Mean of S over one cell of the frequency grid, by many midpoints.
 double cell_mean(const RadialPsd& psd, double fx, double fy, double dx, double dy) {
   constexpr int n = 60;
   double sum = 0;
@@ -91,11 +90,11 @@ TEST(RandomSurface, MeanPeriodogramOfPeriodicDrawsIsThePsdAtEveryOrdinate) {
           continue;
         }
         const double f_x = double(std::min(k, N - k)) * dx, f_y = double(std::min(j, M - j)) * dy;
-        // The cell of a Nyquist ordinate is the inner halves of two.
+        // The frequency cell of a Nyquist ordinate consists of the inner halves of two cells.
         const bool edge_x = 2 * k == N, edge_y = 2 * j == M;
         const double truth = cell_mean(psd, f_x - 0.25 * dx * edge_x, f_y - 0.25 * dy * edge_y,
                                        dx * (edge_x ? 0.5 : 1), dy * (edge_y ? 0.5 : 1));
-        // 4.5 standard errors for some 300 ordinates, chi-squared with 1 or 2 degrees of freedom a draw.
+        // 4.5 standard errors for some 300 ordinates; each realisation is chi-squared with 1 or 2 degrees.
         const double error = std::sqrt((own_mirror ? 2.0 : 1.0) / draws);
         EXPECT_NEAR(periodogram(j, k) / truth, 1, 4.5 * error) << M << " x " << N << ": " << j << " " << k;
       }
@@ -105,7 +104,7 @@ TEST(RandomSurface, MeanPeriodogramOfPeriodicDrawsIsThePsdAtEveryOrdinate) {
 TEST(RandomSurface, PhaseOnlyDrawHasTheVarianceOfTheBandEveryTime) {
   const double pitch = 0.002;
   for (const Size size : kSizes) {
-    // Within the circle that the grid holds, and outside the rectangle around zero that it does not.
+    // The band lies within the circle of the grid and outside the rectangle around zero that it lacks.
     const double shortest = double(std::min(size.rows, size.columns)) * pitch;
     const double low = 0.8 / shortest, high = 0.49 / pitch;
     for (const PsdModel& model :
@@ -143,7 +142,7 @@ TEST_WITH_SHORT_FORM(RandomSurface, ScalesHoldAPowerLawWiderThanOneGridAndItsStr
   const double pitch = 1.0 / n;
   struct Case {
     int oversize, scales;
-    double longest;  // of the largest grid, in map sizes
+    double longest;  // length of the largest grid over that of the map
   };
   for (const Case& c : aberfit::test::all_or_few(
            whole, std::vector<Case>{{2, 4, 16}, {3, 3, 27}, {4, 3, 64}, {1, 3, 4}}, {0, 3})) {
@@ -161,12 +160,12 @@ TEST_WITH_SHORT_FORM(RandomSurface, ScalesHoldAPowerLawWiderThanOneGridAndItsStr
     }
     const double truth = psd_moments(psd).height_variance;
     EXPECT_NEAR(variance.mean(), truth, 3 * variance.error()) << c.oversize << " " << c.scales;
-    // The part of the variance that lies beyond one grid is what scales are for.
+    // The coarser grids must supply much of the variance.
     EXPECT_GT(truth, 1.5 * psd_moments(psd.band(0.5, kInf)).height_variance);
-    if (c.oversize == 1) continue;  // a periodic first grid bends the structure function at long lags
+    if (c.oversize == 1) continue;  // a periodic first grid distorts the structure function at long lags
     for (std::size_t i = 0; i < lags.size(); ++i) {
       const double expected = 2 * (truth - autocorrelation(psd, double(lags[i]) * pitch));
-      // 3 standard errors, and 3 % for the crowding of waves on lattice points.
+      // 3 standard errors, and 3 % because the waves concentrate on grid points.
       EXPECT_NEAR(structure[i].mean(), expected, 3 * structure[i].error() + 0.03 * expected)
           << c.oversize << " " << c.scales << " lag " << lags[i];
     }
@@ -196,7 +195,7 @@ TEST(RandomSurface, RefusesWhatIsNoGrid) {
 
 TEST(ProfilePsd, MatchesClosedForms) {
   const double s = 1e-7;
-  // Power law without end: int (f^2 + y^2)^(-p/2) dy = f^(1-p) sqrt(pi) Gamma((p-1)/2) / Gamma(p/2).
+  // Power law without a band limit: int (f^2 + y^2)^(-p/2) dy = f^(1-p) sqrt(pi) Gamma((p-1)/2) / Gamma(p/2).
   for (const double p : {1.2, 2.0, 3.7}) {
     const RadialPsd psd(PowerLawPsd{{}, 1e-18, p, 0, kInf});
     for (const double f : {1e-3, 1.0, 7.0, 1e6}) {
@@ -316,7 +315,7 @@ TEST(RandomProfile, ScalesHoldAWideBand) {
   const double pitch = 1.0 / n;
   const RadialPsd psd(PowerLawPsd{1e-7, {}, 2.6, 0.05, 19});
 
-  // All of S1 but what lies below half a step of the largest grid, 1/32: S1 goes on below f_min.
+  // All of S1 except frequencies below half a step of the largest grid, 1/32. S1 continues below f_min.
   const double left_out = integrated([&](double f) { return profile_psd(psd, f); }, 0.0, 0.5 / 32);
   Sample variance;
   for (int seed = 0; seed < 1000; ++seed)

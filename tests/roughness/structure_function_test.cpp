@@ -13,7 +13,7 @@ using std::numbers::pi;
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kRelative = 1e-11;  // as the header promises
+constexpr double kRelative = 1e-11;  // from the header
 using Wide = boost::multiprecision::cpp_bin_float_100;
 const std::vector<double> kDistances = {1e-12, 1e-9, 1e-6, 1e-4, 1e-3, 3e-3, 0.01, 0.0317, 0.1, 0.4};
 
@@ -50,7 +50,7 @@ TEST(StructureFunction, OfAUniformBandAndOfItsTwinsByQuadratureAgree) {
   const RadialPsd uniform(UniformPsd{s, a, b}), power(PowerLawPsd{s, {}, 0.0, a, b});
   const RadialPsd table(TablePsd{{a, b}, {uniform(3), uniform(3)}});
   for (const double r : kDistances) {
-    // Where 1 - J0 has no cancellation left the difference of autocorrelations is the truth.
+    // Where 1 - J0 has no cancellation, the difference of autocorrelations is exact.
     const double truth = at(uniform, r);
     if (r > 3e-3) {
       EXPECT_NEAR(truth / (s * s - autocorrelation(uniform, r)), 1, 1e-10) << r;
@@ -83,7 +83,7 @@ TEST(StructureFunction, OfWidePowerLawsAndTablesIsTheDifferenceOfAutocorrelation
 }
 
 TEST(StructureFunction, OfLongRaggedTablesIsTheDifferenceOfAutocorrelations) {
-  // Points close together, log-spaced and evenly: panels are merged at small r, waves at large r.
+  // Closely spaced points, in log and linear steps: small r merges panels, large r uses waves.
   for (const bool even : {false, true}) {
     std::vector<double> f, s;
     for (int i = 0; i < 400; ++i) {
@@ -112,14 +112,14 @@ TEST(StructureFunction, OfASplitFractalSumsToTheWhole) {
 }
 
 TEST(StructureFunction, OfKolmogorovTurbulenceIsFried) {
-  // Half of 6.883877182 (r/r0)^(5/3) for S = 0.02289558710855518 r0^(-5/3) f^(-11/3), whose variance
-  // diverges.
+  // The reference is half of 6.883877182 (r/r0)^(5/3) for S = 0.02289558710855518 r0^(-5/3) f^(-11/3), whose
+  // variance diverges.
   constexpr double kPrinted = 2e-10;  // digits of the two constants
   const double r0 = 0.15, amplitude = 0.02289558710855518 * std::pow(r0, -5.0 / 3);
   const RadialPsd whole(PowerLawPsd{{}, amplitude, 11.0 / 3, 0, kInf});
   for (const double r : {1e-6, 1e-3, 0.1, 10.0, 1e4})
     EXPECT_NEAR(at(whole, r) / (0.5 * 6.883877182 * std::pow(r / r0, 5.0 / 3)), 1, kPrinted) << r;
-  // Many at once share panels; cut in two where the lower part alone diverges.
+  // Many r share panels. The cut in two has a lower part that alone diverges.
   Eigen::ArrayXd r(3);
   r << 1e-5, 0.3, 2e3;
   const Eigen::ArrayXd all = structure_function(whole, r);

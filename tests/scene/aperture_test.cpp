@@ -17,9 +17,9 @@ using Vertices = std::vector<std::array<double, 2>>;
 
 const Vertices kArrow{{0.3, 0.0}, {-0.1, 0.25}, {0.02, 0.0}, {-0.1, -0.25}};  // not convex
 const Vertices kOffset{
-    {0.9, 0.4}, {1.3, 0.5}, {1.2, 0.9}, {1.05, 0.6}, {0.85, 0.8}};  // axis outside, not convex
+    {0.9, 0.4}, {1.3, 0.5}, {1.2, 0.9}, {1.05, 0.6}, {0.85, 0.8}};  // the axis is outside; not convex
 const Vertices kNearEdge{
-    {-0.2, 1e-4}, {0.3, 1e-4}, {0.3, 0.2}, {-0.2, 0.2}};  // an edge passes the axis closely
+    {-0.2, 1e-4}, {0.3, 1e-4}, {0.3, 0.2}, {-0.2, 0.2}};  // one edge passes close to the axis
 const Vertices kThroughAxis{
     {0.0, 0.0}, {0.2, 0.0}, {0.2, 0.2}, {-0.2, 0.2}, {-0.2, 0.0}};  // a corner on the axis
 
@@ -34,8 +34,7 @@ Vertices regular(int sides, double radius, double turn) {
   return v;
 }
 
-// Moments int x^a y^b over a polygon by Green's theorem with the binomial sums of a linear edge written out
-// as a Gauss rule of five points: exact up to degree 9 along the edge.
+// Moments of rho^2 over a polygon by Green's theorem. Five Gauss points per edge are exact to degree 9.
 double polygon_rho_power(const Vertices& v, int half_power) {
   static const double node[5] = {-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
                                  0.9061798459386640};
@@ -46,8 +45,7 @@ double polygon_rho_power(const Vertices& v, int half_power) {
     const auto &a = v[i], &b = v[(i + 1) % v.size()];
     const double c = a[0] * b[1] - a[1] * b[0];
     area += 0.5 * c;
-    // Homogeneous integrand of degree 2k over the triangle from the origin: 1/(2k+2) times its mean over the
-    // edge.
+    // The integrand has degree 2k: over the triangle from the origin it is 1/(2k+2) times its edge mean.
     for (int k = 0; k < 5; ++k) {
       const double t = 0.5 * (1 + node[k]);
       const double x = a[0] + t * (b[0] - a[0]), y = a[1] + t * (b[1] - a[1]);
@@ -65,19 +63,19 @@ double mean_rho_power(const Aperture& aperture, int n, int half_power) {
 }
 
 constexpr double kRounding = 1e-13;
-// What the header promises for 16 points a piece; largest seen below 5e-14.
+// The header states an error of 1e-13 for 16 points in each piece; the largest error is below 5e-14.
 constexpr double kSixteenPoints = 1e-12;
 
-// Vanes that cross take nothing off twice, and none reaches beyond the axis.
+// Crossing vanes subtract nothing twice, and no vane extends beyond the axis.
 TEST(Obstructed, AreaIsThatOfWhatIsLeft) {
   const std::vector<Vane> cross{
       {0.02, 0, 0}, {0.02, kHalfTurn / 2, 0}, {0.02, kHalfTurn, 0}, {0.02, -kHalfTurn / 2, 0}};
-  // Of a square: strips of 1 x 0.02 that share the square in the middle.
+  // Square: two strips of 1 x 0.02 have a common square in the middle.
   const Aperture square = RectangleAperture{1, 1};
   EXPECT_NEAR(aperture_area(obstructed(square, cross)), 1 - 2 * 0.02 + 0.02 * 0.02, 1e-14);
   EXPECT_NEAR(aperture_area(obstructed(square, {cross[0]})), 1 - 0.5 * 0.02, 1e-14);
   EXPECT_NEAR(aperture_area(obstructed(square, {{0.02, 0, 0.3}})), 1 - 0.5 * 0.02, 1e-14);
-  // Of an annulus: each strip between two arcs, y sqrt(r^2 - y^2) + r^2 asin(y/r) of each.
+  // Annulus: a strip up to the radius r has the area y sqrt(r^2 - y^2) + r^2 asin(y/r), y its half width.
   const auto strip = [](double r) { return 0.01 * std::sqrt(r * r - 1e-4) + r * r * std::asin(0.01 / r); };
   const Aperture ring = AnnulusAperture{1, 0.3};
   EXPECT_NEAR(aperture_area(obstructed(ring, cross)) / (aperture_area(ring) - 4 * (strip(0.5) - strip(0.15))),
@@ -112,8 +110,7 @@ TEST(Obstructed, HoldsWhatNoVaneCovers) {
   EXPECT_NEAR(of_nodes / (second / held), 1, 0.01);
 }
 
-// 3 n (n + 1) hexagons of area sqrt(3)/2 w^2 that do not touch; the farthest corner of the outermost in line
-// with the axis.
+// 3 n (n + 1) separate hexagons of area sqrt(3)/2 w^2; the farthest corner is in line with the axis.
 TEST(HexagonalSegments, LieInRings) {
   for (const int rings : {1, 2, 3})
     for (const double angle : {0.0, 0.3}) {
@@ -122,7 +119,7 @@ TEST(HexagonalSegments, LieInRings) {
       EXPECT_EQ(double(segments.outlines.size()), count);
       EXPECT_NEAR(aperture_area(segments), count * 0.5 * std::sqrt(3.0) * 1.3 * 1.3, 1e-12);
       EXPECT_FALSE(aperture_contains(segments, 0, 0, 0));
-      // Middles of neighbours along a side are a pitch apart; the gap between them is not clear.
+      // Centres of neighbours along a side are one pitch apart; the gap between them is not clear.
       const double side = angle + kHalfTurn / 6;
       EXPECT_TRUE(aperture_contains(segments, 1.31 * std::cos(side), 1.31 * std::sin(side), 0.649));
       EXPECT_FALSE(aperture_contains(segments, 1.31 * std::cos(side), 1.31 * std::sin(side), 0.651));
@@ -131,7 +128,7 @@ TEST(HexagonalSegments, LieInRings) {
   EXPECT_NEAR(aperture_radius(hexagonal_segments(1, 1, 0, true, 0)), std::sqrt(7.0 / 3), 1e-12);
 }
 
-// A grey edge keeps its place to a part of a pixel; a hole is a hole; what is grey inside is refused.
+// A grey edge is located to a fraction of a pixel, a hole remains a hole, and a grey interior is refused.
 TEST(MaskOutlines, AreThoseOfTheShapeThatThePixelsShow) {
   const Eigen::Index side = 200;
   const double pitch = 0.01;
@@ -159,7 +156,7 @@ TEST(MaskOutlines, AreThoseOfTheShapeThatThePixelsShow) {
   EXPECT_TRUE(aperture_contains(outlines, 0.02, 0.5, 0.1));
   EXPECT_THROW(mask_outlines(0.6 * share, pitch), ComputationError);
   EXPECT_THROW(mask_outlines(0.3 * share, pitch), ComputationError);
-  // Pixels that are clear or not: the edge is theirs, corners are cut by an eighth of a pixel.
+  // For pixels of 0 or 1 the edge follows the pixels; each corner loses an eighth of a pixel.
   Eigen::ArrayXXd block = Eigen::ArrayXXd::Zero(64, 64);
   block.block(10, 12, 40, 30) = 1;
   const SegmentedAperture edges = mask_outlines(block, 1);
@@ -194,7 +191,7 @@ TEST(RadialQuadrature, CircleAndAnnulusAreExactForPolynomialsInRhoSquared) {
 }
 
 TEST(RadialQuadrature, RectangleMomentsMatchClosedForms) {
-  const double a = 0.2, b = 0.05;  // half sides
+  const double a = 0.2, b = 0.05;  // half the sides
   const double rho2 = (a * a + b * b) / 3;
   const double rho4 = (a * a * a * a + b * b * b * b) / 5 + 2 * a * a * b * b / 9;
   for (const Aperture& aperture :
@@ -221,8 +218,8 @@ TEST(RadialQuadrature, PolygonMomentsMatchGreensTheorem) {
 TEST(RadialQuadrature, WeightsAreSharesOfTheAreaAndStayInsideTheAperture) {
   for (const RadialNode& node : radial_quadrature(PolygonAperture{kOffset}, 12)) {
     EXPECT_GT(node.weight, 0.0);
-    EXPECT_GE(node.rho, 0.98);  // nearest corner (0.9, 0.4)
-    EXPECT_LE(node.rho, 1.5);   // farthest (1.2, 0.9)
+    EXPECT_GE(node.rho, 0.98);  // distance of the nearest corner (0.9, 0.4)
+    EXPECT_LE(node.rho, 1.5);   // distance of the farthest corner (1.2, 0.9)
   }
 }
 
@@ -246,13 +243,12 @@ TEST(ApertureContains, LeavesOutTheHoleOfAnAnnulus) {
     EXPECT_TRUE(aperture_contains(annulus, rho, 0, 0)) << rho;
     EXPECT_TRUE(aperture_holds(annulus, -0.6 * rho, 0.8 * rho)) << rho;
   }
-  EXPECT_FALSE(aperture_contains(annulus, 0.0501, 0, 0.001));  // nearer to the hole than the margin
+  EXPECT_FALSE(aperture_contains(annulus, 0.0501, 0, 0.001));  // closer to the hole than the margin
   EXPECT_TRUE(aperture_contains(annulus, 0.0511, 0, 0.001));
 }
 
 TEST(ApertureContains, AgreesWithBruteForceForEveryShape) {
-  // Brute force: a point is in with margin m when the point and 720 points on the circle of radius m about it
-  // are in.
+  // Brute force: a point and 720 points on the circle of radius m about it must be inside.
   const RandomStream stream(7, "ApertureContains");
   const double margin = 0.01;
   const std::vector<Aperture> shapes{CircleAperture{0.4}, AnnulusAperture{0.4, 0.1},
@@ -275,7 +271,7 @@ TEST(ApertureContains, AgreesWithBruteForceForEveryShape) {
       const bool point = aperture_contains(shapes[s], x, y, 0.0);
       const bool with_margin = aperture_contains(shapes[s], x, y, margin);
       EXPECT_TRUE(point || !with_margin);
-      // The 720-gon is up to 1e-5 of the margin smaller than the circle at straight edges, more at corners.
+      // At straight edges the polygon of 720 sides is smaller by 1e-5 of the margin, at corners by more.
       if (with_margin) {
         EXPECT_TRUE(clear(margin * (1 - 1e-9))) << "shape " << s << " at " << x << ", " << y;
       } else if (point && clear(margin * 1.002)) {

@@ -10,7 +10,7 @@ using namespace aberfit;
 
 namespace {
 
-constexpr double kRounding = 4e-16;  // of lengths up to 1 m; largest seen 2e-16
+constexpr double kRounding = 4e-16;  // for lengths up to 1 m; largest error 2e-16
 const Mirror kParabola{2.8, -1, {}};
 
 double sag(double x, double y) { return (x * x + y * y) / (4 * 2.8); }
@@ -48,7 +48,7 @@ TEST(Characterisation, RimOfAnAnnulusHoweverSlenderIsItsOuterCircle) {
 }
 
 TEST(Characterisation, SquareHasTheSagsOfItsCornersAndSideCentres) {
-  const double a = 0.15;  // half side; eight directions meet four corners and four side centres
+  const double a = 0.15;  // half the side; eight directions meet four corners and four side centres
   const MirrorCharacterisation c = characterise(kParabola, RectangleAperture{2 * a, 2 * a}, 8);
   ASSERT_EQ(c.rim.cols(), 8);
   EXPECT_NEAR(c.rim_sag_max, sag(a, a), 4 * kRounding);
@@ -67,19 +67,19 @@ TEST(Characterisation, RectangleRimLiesOnItsSides) {
     EXPECT_NEAR(p.z(), sag(p.x(), p.y()), kRounding);
   }
   EXPECT_LE(c.rim_sag_max, sag(a, b) * (1 + kRounding));
-  EXPECT_NEAR(c.rim_sag_min, sag(0, b), sag(0, b) * 4e-3);  // directions miss the y axis by at most 2 degrees
+  EXPECT_NEAR(c.rim_sag_min, sag(0, b), sag(0, b) * 4e-3);  // the nearest direction is within 2 degrees of y
 }
 
 TEST(Characterisation, OffAxisCircleOnAParabolaHasATiltedPlanarRim) {
   // The intersection of a paraboloid with a vertical circular cylinder is planar: z = (2 x x0 - x0^2 +
-  // a^2)/(4 f) there, so the plane has slope x0/(2 f). A 720-gon comes within (pi/720)^2/2 = 1e-5 of its
-  // circle.
+  // a^2)/(4 f). So the plane has slope x0/(2 f). A polygon of 720 sides agrees with its circle to
+  // (pi/720)^2/2 = 1e-5.
   const double x0 = 0.5, a = 0.1;
   PolygonAperture segment;
   for (int i = 0; i < 720; ++i)
     segment.vertices.push_back(
         {x0 + a * std::cos(2 * std::numbers::pi * i / 720), a * std::sin(2 * std::numbers::pi * i / 720)});
-  const MirrorCharacterisation c = characterise(kParabola, segment, 180);  // every fourth corner is met
+  const MirrorCharacterisation c = characterise(kParabola, segment, 180);  // the rim has every fourth corner
   ASSERT_EQ(c.rim.cols(), 180);
   EXPECT_NEAR(c.centroid.x(), x0, 4e-15);
   EXPECT_NEAR(c.centroid.z(), x0 * x0 / 11.2, 4e-15);
@@ -90,15 +90,15 @@ TEST(Characterisation, OffAxisCircleOnAParabolaHasATiltedPlanarRim) {
 }
 
 TEST(Characterisation, BentPolygonGivesItsOutermostEdgeAndSkipsEmptyDirections) {
-  // A thin L: the centroid lies outside it, and towards the open side there is no edge to find.
+  // The centroid of this thin L lies outside it. There is no edge towards the open side.
   const PolygonAperture bent{{{0.0, 0.0}, {1.0, 0.0}, {1.0, 0.1}, {0.1, 0.1}, {0.1, 1.0}, {0.0, 1.0}}};
   const double area = 0.1 + 0.09, centre = (0.1 * 0.5 + 0.09 * 0.05) / area;
   const MirrorCharacterisation c = characterise(kParabola, bent, 8);
   EXPECT_NEAR(c.centroid.x(), centre, 1e-15);
   EXPECT_NEAR(c.centroid.y(), centre, 1e-15);
-  // Directions 0, 45 and 90 degrees leave the L; five meet it: 135, 180, 225, 270, 315.
+  // Directions 0, 45 and 90 degrees miss the L. Five directions meet it: 135, 180, 225, 270 and 315 degrees.
   ASSERT_EQ(c.rim.cols(), 5);
-  EXPECT_NEAR(c.rim(0, 1), 0.0, 4e-16);  // 180 degrees: the outer side x = 0, not the inner one x = 0.1
+  EXPECT_NEAR(c.rim(0, 1), 0.0, 4e-16);  // 180 degrees: outer side x = 0, not inner side x = 0.1
   EXPECT_NEAR(c.rim(1, 3), 0.0, 4e-16);
 }
 

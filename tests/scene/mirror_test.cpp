@@ -1,4 +1,4 @@
-// Where the sag of a conic ends: at the radius of a sphere, and where its root has no value.
+// Tests the largest radius of a conic sag: that of a sphere, or where the root becomes imaginary.
 #include "aberfit/scene/mirror.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ TEST(SagDomain, EndsWhereTheSagDoes) {
     const double end = sag_domain_radius(mirror);
     EXPECT_TRUE(std::isfinite(base_surface(mirror, end * (1 - 1e-9), 0.0).height)) << conic;
     EXPECT_TRUE(std::isnan(base_surface(mirror, end * (1 + 1e-9), 0.0).height)) << conic;
-    // There an ellipsoid is as high as its half axis 2 f/(1 + k).
+    // At this radius the height of an ellipsoid is its half axis 2 f/(1 + k).
     EXPECT_NEAR(base_surface(mirror, end * (1 - 1e-12), 0.0).height / (2 * 2.8 / (1 + conic)), 1, 1e-5)
         << conic;
   }

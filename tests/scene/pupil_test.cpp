@@ -58,15 +58,15 @@ TEST(Pupil, PolarRingsHaveNoLargePrimeAndNearlyTheRaysAskedFor) {
     for (const int prime : {2, 3, 5})
       while (rest % prime == 0) rest /= prime;
     EXPECT_EQ(rest, 1) << wanted;
-    // A whole number of rings: off by half a ring's spokes at most, which is 1/(2 rings).
+    // The number of rings is an integer, so up to half the spokes are missing or extra: 1/(2 rings).
     const double spokes = std::sqrt(double(wanted) * 4 * M_PI / 3);
     EXPECT_NEAR(double(pupil.size()), double(wanted), 0.65 * spokes) << wanted;
   }
 }
 
 TEST(Pupil, EveryLayoutHasTheMomentsOfTheAperture) {
-  // <x^2> of a 0.4 x 0.2 rectangle is 0.4^2/12; of a disc R^2/4. Equal points: standard error of <x^2> is
-  // sqrt(var(x^2)/N), grid and Sobol do better.
+  // <x^2> is 0.4^2/12 for a 0.4 x 0.2 rectangle and R^2/4 for a disc. Points with equal weights have the
+  // standard error sqrt(var(x^2)/N); grid and Sobol points do better.
   for (const PupilLayout layout : {PupilLayout::kRandom, PupilLayout::kSobol, PupilLayout::kGrid}) {
     const PupilSample rectangle = make_pupil(RectangleAperture{0.4, 0.2, 0}, {layout, 40000, 7});
     const double exact = 0.16 / 12, standard_error = exact * std::sqrt(0.8 / 40000);
@@ -81,7 +81,7 @@ TEST(Pupil, EveryLayoutHasTheMomentsOfTheAperture) {
 }
 
 TEST(Pupil, SobolPointsFillDyadicCellsEquallyAfterScrambling) {
-  // A (0, m, 2)-net: every dyadic rectangle of area 2^-10 holds exactly one of the first 2^10 points.
+  // In a (0, m, 2)-net every dyadic rectangle of area 2^-10 holds exactly one of the first 2^10 points.
   const Eigen::Array2Xd points = scrambled_sobol(1024, 99);
   for (int split = 0; split <= 10; ++split) {
     std::vector<int> hits(1024, 0);

@@ -9,7 +9,7 @@
 namespace aberfit {
 namespace {
 
-constexpr double kRounding = 2e-13;  // of monomials of largest value 1; largest error seen 4e-14
+constexpr double kRounding = 2e-13;  // for monomials of largest value 1; largest error 4e-14
 
 // Mean of x^a y^b over the unit disc: 0 unless both are even, else a! b!/(2^(a+b) (a/2)! (b/2)!
 // ((a+b)/2+1)!).
@@ -19,7 +19,7 @@ double mean_over_disc(int a, int b) {
                   std::lgamma(a / 2 + 1.0) - std::lgamma(b / 2 + 1.0) - std::lgamma((a + b) / 2 + 2.0));
 }
 
-// Integral of x^a y^b over a polygon by the divergence theorem: of x^(a+1) y^b/(a+1) dy along its edges.
+// Integral of x^a y^b over a polygon; the divergence theorem gives that of x^(a+1) y^b/(a+1) dy along edges.
 double integral_over(const PolygonAperture& polygon, int a, int b) {
   const Quadrature rule = gauss_legendre((a + b) / 2 + 2, 0, 1);
   double sum = 0;
@@ -40,8 +40,8 @@ double mean_at(const PupilSample& pupil, int a, int b) {
   return sum;
 }
 
-// All monomials of degree up to that of the rule against `mean`, and that the next even one is missed: there
-// are no more points than it takes.
+// Compares all monomials up to the degree of the rule with `mean`. The next even monomial must fail, which
+// shows that there are no unnecessary points.
 template <typename Mean>
 void expect_exact(const Aperture& aperture, const Mean& mean) {
   for (const int degree : {0, 1, 2, 7, 12, 41}) {
@@ -55,7 +55,7 @@ void expect_exact(const Aperture& aperture, const Mean& mean) {
 }
 
 TEST(QuadraturePupil, IsExactOnCircles) {
-  expect_exact(CircleAperture{2, 0.1}, mean_over_disc);  // the margin is not taken off
+  expect_exact(CircleAperture{2, 0.1}, mean_over_disc);  // the margin is not subtracted
 }
 
 TEST(QuadraturePupil, IsExactOnAnnuli) {

@@ -1,4 +1,4 @@
-// Which segment is where, and what its cells and terms are.
+// Tests which segment holds a point, and the grid cells and terms of segments.
 #include "aberfit/scene/segments.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ TEST(Segments, OfHexagonsHaveTheirMiddleAndTheirCorners) {
   }
 }
 
-// A millimetre from the edge of one, nine from the other.
+// The points are 1 mm from one segment and 9 mm from the other.
 TEST(Segments, TakeWhatLiesInAGapToTheNearestEdge) {
   const SegmentedAperture two{{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}, {{1.01, 0}, {2, 0}, {2, 1}, {1.01, 1}}}, 0};
   const Segments segments(two);
@@ -36,7 +36,7 @@ TEST(Segments, TakeWhatLiesInAGapToTheNearestEdge) {
   EXPECT_EQ(segments.at(5, 0.3), 1u);
 }
 
-// Two crossing vanes give their common part an outline of its own, which is not a segment.
+// The common part of two crossing vanes has an outline of its own, which is not a segment.
 TEST(Segments, AreNotWhatVanesCover) {
   const SegmentedAperture crossed = obstructed(flower(), {{0.01, 0, 0}, {0.01, 0.3, 0}, {0.01, 2, 0.002}});
   EXPECT_EQ(crossed.piston, 2e-8);

@@ -1,4 +1,4 @@
-// Budgets as people write them: units, diameters, plate scale.
+// Tests the written forms of budgets: units, diameters, plate scale.
 #include "aberfit/specify/budget.h"
 
 #include <gtest/gtest.h>
@@ -55,8 +55,9 @@ TEST(Budget, OfLightIsAShare) {
   EXPECT_EQ(budget_name(mtf), "mtf@20/mm");
 }
 
-// A circle at f/500, where the rim scatters as the middle does, fine roughness: a core of exp(-g^2), a sharp
-// step of the transfer function at 0, and the aperture's own (2/pi)(acos x - x sqrt(1 - x^2)).
+// A circle at f/500, so slow that the rim scatters like the middle, with fine roughness. The closed forms are
+// a core of exp(-g^2), which is a sharp peak of the transfer function at 0, and the aperture's transfer
+// function (2/pi)(acos x - x sqrt(1 - x^2)).
 TEST(Budget, OfLightHasItsClosedForms) {
   const double lambda = 500e-9, f = 100, radius = 0.1, rms = 20e-9;
   const double core = std::exp(-std::pow(4 * std::numbers::pi * rms / lambda, 2));
@@ -65,7 +66,7 @@ TEST(Budget, OfLightHasItsClosedForms) {
   const GeneralisedHarveyShack mean(psd, pupil);
   const auto value = [&](const LightProperty& what) { return LightProperties({what}, pupil)(mean)[0]; };
   EXPECT_NEAR(value(TotalScatter{}), 1 - core, 1e-6);
-  EXPECT_NEAR(value(StrehlRatio{}), core, 3e-6);  // one in 1e6 of the scattered light is there
+  EXPECT_NEAR(value(StrehlRatio{}), core, 3e-6);  // 1e-6 of the scattered energy is there
   const double cutoff = 2 * radius / (lambda * f), x = 0.3;
   const double aperture = 2 / std::numbers::pi * (std::acos(x) - x * std::sqrt(1 - x * x));
   EXPECT_NEAR(value(ModulationTransfer{x * cutoff}), aperture * core, 1e-5);

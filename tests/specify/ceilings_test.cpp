@@ -1,5 +1,4 @@
-// What may be rough at all: against closed laws of PHYSICS 5 and 6, and against the targets of a study that
-// uses a line up.
+// Tests ceilings against closed laws of PHYSICS 5 and 6, and against the targets of a study at a ceiling.
 #include "aberfit/specify/ceilings.h"
 
 #include <fmt/format.h>
@@ -21,7 +20,7 @@ using std::numbers::pi;
 
 constexpr double kArcsec = pi / 648000;
 
-// f/500, whose paraxial error is 1.3e-7; no roughness block.
+// f/500, with a paraxial error of 1.3e-7; no roughness block.
 Ceilings found(const std::string& target, const std::string& ceilings, const std::string& so_that) {
   const std::string text =
       R"({"aberfit": 1, "mirror": {"focal_length": "100 m"}, "light": {"wavelength": "500 nm"},
@@ -31,12 +30,12 @@ Ceilings found(const std::string& target, const std::string& ceilings, const std
 }
 const std::string kGeometric = R"("theory": "geometric")";
 
-// Slope of an EE diameter on the sky: 4 s sqrt(-2 ln(1 - p)).
+// Slope for an EE diameter on the sky: 4 s sqrt(-2 ln(1 - p)).
 double slope_of_diameter(double angle, double share) {
   return angle / (4 * std::sqrt(-2 * std::log(1 - share)));
 }
 
-// Geometric: the slope alone counts, s^2 = (2 pi)^2 / 2 int f^2 S1 df over the surface's own moments.
+// The geometric theory depends on the slope alone: s^2 = (2 pi)^2 / 2 int f^2 S1 df over the moments.
 TEST(Ceilings, OfOctavesAndLinesAreThoseOfTheClosedLaw) {
   const Ceilings all =
       found(kGeometric, R"({"f_min": "10 /m", "f_max": "160 /m", "exponents": [0.5, 2, 3.5]})",
@@ -52,7 +51,7 @@ TEST(Ceilings, OfOctavesAndLinesAreThoseOfTheClosedLaw) {
   }
   ASSERT_EQ(all.lines.size(), 3u);
   for (const LineCeiling& line : all.lines) {
-    // S2 = c A f^-(B+1) of profiles A f^-B; slope variance per axis (2 pi)^2 / 2 int f^2 S2 2 pi f df.
+    // S2 = c A f^-(B+1) for profiles A f^-B; slope variance per axis (2 pi)^2 / 2 int f^2 S2 2 pi f df.
     const double b = line.exponent,
                  c = std::tgamma(0.5 * (b + 1)) / (2 * std::sqrt(pi) * std::tgamma(0.5 * b));
     const double amplitude = c * line.level * std::pow(1000.0, b);  // f in 1/m
@@ -64,9 +63,9 @@ TEST(Ceilings, OfOctavesAndLinesAreThoseOfTheClosedLaw) {
   }
 }
 
-// Fine roughness leaves a core of exp(-g^2) of the light, and scatters the rest out of the circle.
+// Fine roughness leaves a core of exp(-g^2) of the energy and scatters the rest outside the circle.
 TEST(Ceilings, OfFineRoughnessLeaveTheCoreItsShare) {
-  const double diameter = 4 * 500e-9 / 0.2;  // on the sky: v = pi D theta / lambda = 2 pi at the rim
+  const double diameter = 4 * 500e-9 / 0.2;  // on the sky: v = pi D theta / lambda = 2 pi at the boundary
   const Ceilings all =
       found(R"("theory": "ghs")", R"({"f_min": "500 /m", "f_max": "1000 /m", "exponents": [2]})",
             fmt::format(R"({{"ee80_diameter": "<= {:.17g} rad"}})", diameter));
@@ -110,14 +109,14 @@ TEST(Ceilings, SayWhereThereAreNone) {
       found("", R"({"f_min": "20 /m", "f_max": "80 /m"})", R"({"ee80_diameter": "<= 0.1 arcsec"})");
   EXPECT_NE(none.reason.find("Airy"), std::string::npos) << none.reason;
   EXPECT_TRUE(none.lines.empty());
-  // What the perfect mirror meets some height meets: of scatter 1 - exp(-g^2), however little.
+  // If the perfect mirror meets the budget, some height does, however strict the limit on 1 - exp(-g^2).
   const Ceilings strict =
       found(R"("theory": "ghs")", R"({"f_min": "20 /m", "f_max": "80 /m", "exponents": [2]})",
             R"({"tis": "<= 1e-9"})");
   ASSERT_EQ(strict.reason, "");
   for (const OctaveCeiling& octave : strict.octaves)
     EXPECT_NEAR(4 * pi * octave.rms / 500e-9 / std::sqrt(-std::log1p(-1e-9)), 1, 1e-6) << octave.frequency;
-  // A height of an octave alone is never above a metre's worth of waves.
+  // The height of an octave alone never reaches a metre in the searched range.
   const Ceilings any = found(kGeometric, R"({"f_min": "20 /m", "f_max": "80 /m", "exponents": [2]})",
                              R"({"rms_height": "<= 1 m"})");
   for (const OctaveCeiling& octave : any.octaves) {

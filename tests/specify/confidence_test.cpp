@@ -1,4 +1,4 @@
-// Budgets that hold for most of the mirrors: against drawn mirrors, by a code of the tests alone.
+// Budgets for most mirrors are compared with random mirrors, computed by code of the tests alone.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -31,9 +31,8 @@ Specification solved(const std::string& psd, const std::string& so_that, double 
   return run_solve(parse_study(scene(psd, so_that, confidence), "study.json"), {});
 }
 
-// Share of drawn mirrors that have so much light within the radius. Their cells, grey at the rim, lose some
-// of the light that a sharp rim sends far out: as much of rough mirrors as of the perfect one, to first
-// order.
+// Returns the fraction of random mirrors with encircled energy `share` within the radius. Partly filled grid
+// cells at the rim lose some energy far out, to first order as much as for the perfect mirror.
 struct Telescope {
   double focal_length, diameter, inner_diameter, wavelength;
   int cells;
@@ -43,7 +42,7 @@ constexpr Telescope kSmall{2.8, 0.4, 0.14, 632.8e-9, 64};
 double share_that_holds(const RadialPsd& psd, double share, double radius, int draws,
                         const Telescope& telescope = kSmall) {
   const auto& [f, diameter, inner, wavelength, cells] = telescope;
-  // f times the direction cosine of light from there
+  // The argument is f times the direction cosine.
   const auto seen = [f = f](double size) { return size / (1 + std::pow(size / (4 * f), 2)); };
   const testing_draws::DrawnScene drawn{psd, f, seen(diameter), seen(inner), wavelength, cells, true};
   testing_draws::DrawnScene smooth = drawn;
@@ -56,8 +55,8 @@ double share_that_holds(const RadialPsd& psd, double share, double radius, int d
   return double((light.row(0) - lost >= share).count()) / draws;
 }
 
-// What a share of draws of the promised 90 % may be: three standard deviations of so many, and half a
-// standard deviation of the light either way for a spread that is known to a factor 1.3 (RealisationSpread).
+// Allowed range of the fraction for a confidence of 90 %. It includes three standard deviations of sampling
+// and a spread known to a factor of 1.3 (RealisationSpread).
 struct Allowed {
   double low, high;
 };
@@ -100,7 +99,7 @@ TEST_WITH_SHORT_FORM(Confidence, NineMirrorsOfTenKeepTheBudget) {
   }
 }
 
-// The telescope maker's: 1.2 m f/2, 120 cycles across, EE80 within 0.6 arcsec. A dark ring passes there.
+// A telescope of 1.2 m, f/2, 120 cycles across, EE80 within 0.6 arcsec, at a dark ring of the pattern.
 TEST(FullStatistics, NineTelescopesOfTenKeepTheBudget) {
   constexpr int kDraws = 200;
   const auto allowed_rms = [](double confidence) {
@@ -128,13 +127,14 @@ TEST(FullStatistics, NineTelescopesOfTenKeepTheBudget) {
   EXPECT_LT(half, 0.8);
 }
 
-// The sample variance of the height of A cells of independent light: 2 int S^2 / area.
+// Sample variance of the height over an area: 2 int S^2 / area.
 TEST(Confidence, OfHeightsIsThatOfTheirSamples) {
   const std::string psd = R"({"model": "uniform", "rms": "30 nm", "f_min": "50 /m", "f_max": "100 /m"})";
   const Specification most = solved(psd, R"({"rms_height": "<= 20 nm"})", 0.95);
   ASSERT_EQ(most.status, SolveStatus::kSolved);
   const double area = pi * (0.04 - 0.0049), band = pi * (100.0 * 100.0 - 50.0 * 50.0);
-  const double relative = std::sqrt(2 / (area * band)) / 2;  // of the height, half that of the variance
+  // The relative error of the height is half that of the variance.
+  const double relative = std::sqrt(2 / (area * band)) / 2;
   EXPECT_NEAR(most.solutions[0].at[0] * (1 + 1.6448536 * relative) / 20e-9, 1, 1e-4);
   EXPECT_THROW(run_solve(parse_study(scene(psd, R"({"rms_height": "<= 20 nm"})", 0.95)
                                          .insert(1, R"("target": {"theory": "geometric"}, )"),

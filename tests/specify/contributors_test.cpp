@@ -1,4 +1,4 @@
-// Several surfaces, air and motion: each against its own law.
+// Tests several surfaces, atmosphere and image motion, each against its own law.
 #include "aberfit/specify/contributors.h"
 
 #include <fftw3.h>
@@ -42,7 +42,7 @@ TEST(Contributors, TwoEqualSurfacesAreOneOfSqrtTwo) {
   const Specification one = solved(""),
                       two = solved(R"({"surfaces": [{"name": "twin", "psd": )" + kPsd + "}]}");
   ASSERT_EQ(two.status, SolveStatus::kSolved);
-  // The twin keeps its 20 nm: sqrt(sigma^2 + 20^2) is what one surface may have.
+  // The twin keeps its 20 nm, so sqrt(sigma^2 + 20^2) is the allowed height of one surface.
   EXPECT_NEAR(std::hypot(two.solutions[0].at[0], 20e-9) / one.solutions[0].at[0], 1, 1e-9);
   ASSERT_EQ(two.uses.size(), 2u);
   EXPECT_EQ(two.uses[0].name, "mirror");
@@ -63,8 +63,8 @@ Eigen::ArrayXd mean_structure(const RadialPsd& psd, const Eigen::ArrayXd& shears
   return cosine * cosine * sum / kDirections;
 }
 
-// D'(x) = cos^2 D(footprint |(x cos t/cos, x sin t)|), in the mean over directions t: a beam of a third of
-// the width sees a third of the shear, and 1/cos more along the plane of incidence.
+// D'(x) = cos^2 D(footprint |(x cos t/cos, x sin t)|), averaged over directions t. A beam of a third of the
+// width has a third of the shear, and 1/cos more along the plane of incidence.
 TEST(Contributors, BeamOnAnotherSurface) {
   PowerLawPsd by_amplitude;
   by_amplitude.amplitude = 1e-20;
@@ -93,9 +93,9 @@ TEST(Contributors, BeamOnAnotherSurface) {
   }
 }
 
-// Light in circles of a flat pupil with a fold mirror at an angle, drawn: Gaussian heights of the fold's own
-// surface on a grid whose steps along the plane of incidence are 1/cos longer, a path of 2 h cos,
-// Fraunhofer's pattern summed exactly over discs.
+// Computes encircled energies of a flat pupil with a tilted fold mirror from random realisations. Heights of
+// the fold are Gaussian on a grid whose steps along the plane of incidence are 1/cos longer. The path changes
+// by 2 h cos, and the Fraunhofer pattern is summed exactly over discs.
 class DrawnFold {
  public:
   DrawnFold(const RadialPsd& psd, double incidence, const Eigen::ArrayXd& radii)
@@ -108,7 +108,7 @@ class DrawnFold {
       for (Eigen::Index r = 0; r < radii.size(); ++r)
         kernel_(r, k) = scale * scale *
                         (k == 0 ? pi * radii[r] * radii[r] : radii[r] * ::j1(2 * pi * radii[r] * nu) / nu);
-      // The PSD over the cell of the frequency, of which one side is shorter by the cosine.
+      // Averages the PSD over the grid cell of the frequency, one side of which is shorter by the cosine.
       double power = 0;
       for (const double a : {-0.375, -0.125, 0.125, 0.375})
         for (const double b : {-0.375, -0.125, 0.125, 0.375})
@@ -116,7 +116,7 @@ class DrawnFold {
       amplitude_[std::size_t(k)] = std::sqrt(power * cosine_ * step * step);
     }
   }
-  /// What roughness takes from the light in the circles, in the mean over draws.
+  /// Mean change of the encircled energy by roughness over the realisations.
   Eigen::ArrayXd change(int draws) {
     std::mt19937_64 random(3);
     std::normal_distribution<double> normal;
@@ -168,7 +168,6 @@ class DrawnFold {
   Eigen::MatrixXd kernel_;  // radii x lags
 };
 
-// Radius at which a curve reaches a share, log-linear.
 double radius_at(const Eigen::ArrayXd& radii, const Eigen::ArrayXd& light, double share) {
   for (Eigen::Index k = 1; k < light.size(); ++k)
     if (light[k] >= share)
@@ -177,7 +176,6 @@ double radius_at(const Eigen::ArrayXd& radii, const Eigen::ArrayXd& light, doubl
   return std::nan("");
 }
 
-// At 45 and 60 degrees, of a knee, a uniform band and a power law.
 void expect_folds_as_drawn(int draws, double tolerance) {
   const PsdModel models[] = {KCorrelationPsd{50e-9, 0.05, 3, 5, 35}, UniformPsd{45e-9, 5, 30},
                              PowerLawPsd{60e-9, {}, 2.5, 5, 35}};
@@ -206,7 +204,7 @@ void expect_folds_as_drawn(int draws, double tolerance) {
 TEST(Contributors, AFoldIsItsDraws) { expect_folds_as_drawn(60, 0.03); }
 TEST(FullStatistics, AFoldIsAThousandDrawsOfIt) { expect_folds_as_drawn(1000, 0.01); }
 
-// Fried's 6.88 (x/r0)^(5/3) of the phase 4 pi h/lambda.
+// Fried's 6.88 (x/r0)^(5/3) for the phase 4 pi h/lambda.
 TEST(Contributors, AtmosphereIsKolmogorovs) {
   const Atmosphere air{0.15, 500e-9};
   const Eigen::ArrayXd phase =
@@ -222,7 +220,7 @@ TEST(Contributors, JitterIsAGaussianBlur) {
   EXPECT_LT((exponent / (2 * pi * pi * (jitter * kShears / lambda).square()) - 1).abs().maxCoeff(), 1e-4);
 }
 
-// Strehl ratios of fine roughness multiply; what the air leaves is for the mirror.
+// Strehl ratios of fine roughness multiply, so the atmosphere leaves less of the budget for the mirror.
 TEST(Contributors, TakeTheirPartOfTheBudget) {
   const Specification
       alone = solved(""),
@@ -240,7 +238,7 @@ TEST(Contributors, TakeTheirPartOfTheBudget) {
   const Specification too_much = solved(R"({"jitter": "2 arcsec"})");
   EXPECT_EQ(too_much.status, SolveStatus::kNoSolution);
   EXPECT_THROW(solved(R"({"jitter": "0.3 arcsec"})", R"({"rms_height": "<= 20 nm"})"), InputError);
-  // By slopes there is no path: those of turbulence have no variance.
+  // The geometric theory cannot treat turbulence, whose slopes have infinite variance.
   try {
     run_solve(parse_study(
                   R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
@@ -255,8 +253,8 @@ TEST(Contributors, TakeTheirPartOfTheBudget) {
   }
 }
 
-// Seeing of 0.976 lambda/r0, r0 as lambda^(6/5); an aperture of 40 r0 sharpens a long exposure's transfer
-// function by little.
+// Seeing is 0.976 lambda/r0 with r0 proportional to lambda^(6/5). An aperture of 40 r0 changes the transfer
+// function of a long exposure only little.
 TEST(Contributors, WidthOfTheImageIsTheSeeing) {
   const Specification spec = run_solve(
       parse_study(R"({"aberfit": 1, "mirror": {"focal_length": "40 m"}, "light": {"wavelength": "632.8 nm"},

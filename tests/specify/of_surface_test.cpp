@@ -1,4 +1,4 @@
-// Numbers of the surface that budgets may be on: against closed forms and integrals written anew.
+// Tests quantities of the surface against closed forms and independent integrals.
 #include <gtest/gtest.h>
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
@@ -22,11 +22,11 @@ double integral(const RadialPsd& psd, double a, double b, const Weight& weight) 
 
 TEST(OfSurface, OfAUniformBandHasItsClosedForms) {
   const RadialPsd psd(UniformPsd{10e-9, 20, 60});
-  // The share of the area of the annulus in f.
+  // The fraction of the area of the annulus in f.
   EXPECT_NEAR(of_surface(HeightInBand{30, 50}, psd) / (10e-9 * std::sqrt(1600.0 / 3200)), 1, 1e-12);
   EXPECT_NEAR(of_surface(HeightInBand{}, psd) / 10e-9, 1, 1e-12);
   EXPECT_EQ(of_surface(HeightInBand{70, 90}, psd), 0);
-  // Per axis: (2 pi)^2 (f_min^2 + f_max^2)/4 of the height variance.
+  // Slope variance per axis: (2 pi)^2 (f_min^2 + f_max^2)/4 times the height variance.
   EXPECT_NEAR(of_surface(SlopeInBand{}, psd) / (pi * 10e-9 * std::sqrt(4000.0)), 1, 1e-12);
   const double part = std::sqrt(1600.0 / 3200) * pi * 10e-9 * std::sqrt(900.0 + 2500);
   EXPECT_NEAR(of_surface(SlopeInBand{30, 50}, psd) / part, 1, 1e-12);

@@ -1,4 +1,4 @@
-// From the light of a focus back to the PSD it was made with.
+// Recovers a PSD from the focus that it produces.
 #include "aberfit/specify/psd_of_focus.h"
 
 #include <fmt/format.h>
@@ -24,13 +24,13 @@ namespace {
 
 using std::numbers::pi;
 
-// A mirror whose PSD is looked for, and the curve of a better known one.
+// A mirror with an unknown PSD, and the true values.
 struct FocusCase {
   const char* name;
-  std::string psd;  // as JSON: where the search starts
+  std::string psd;  // JSON of the PSD at which the search starts
   std::vector<std::string> unknowns;
   PsdModel truth;
-  std::vector<double> values;  // of the unknowns, true
+  std::vector<double> values;  // true values of the unknowns
   double dz;
 };
 
@@ -76,7 +76,7 @@ struct Family {
   }
 };
 
-// The mean light of the true mirror in circles of 2 to 300 um.
+// Mean encircled energy of the true mirror in circles of 2 to 300 um.
 EncircledCurve true_curve(const Task& task, double dz, int count = 40) {
   EncircledCurve curve;
   curve.radius.resize(count);
@@ -147,7 +147,7 @@ TEST(PsdOfFocus, NumbersOfNoisyCurvesAreWithinTheirIntervals) {
   for (const FocusCase& of : focus_cases()) expect_honest(of, run_trials(of, 2, 0.002), 0.5, 1, 2.2);
 }
 
-// Light of a Gaussian spot of standard deviation kSpot: in closed form in circles and on pixels.
+// A Gaussian spot of standard deviation kSpot, in closed form in circles and on pixels.
 constexpr double kSpot = 7e-6;
 double gaussian_energy(double radius) { return 1 - std::exp(-radius * radius / (2 * kSpot * kSpot)); }
 double gaussian_pixel(double x, double y, double pixel) {
@@ -203,7 +203,7 @@ TEST(FocalBins, CirclesCountedByPixelsAreTheMeanOverTheirLattice) {
             const double x = (column + (i + 0.5) / kPhases) * pixel, y = (row + (j + 0.5) / kPhases) * pixel;
             if (std::hypot(x, y) < curve.radius[k]) sum += gaussian_pixel(x, y, pixel);
           }
-    EXPECT_NEAR(found[k], sum / (kPhases * kPhases), 2e-3) << k;  // the edge among the phases
+    EXPECT_NEAR(found[k], sum / (kPhases * kPhases), 2e-3) << k;  // the phases sample the edge of the circle
     EXPECT_GT(std::abs(found[k] - gaussian_energy(curve.radius[k])), 0.007) << k;
   }
 }
@@ -220,7 +220,7 @@ MeasuredFocus noisy_focus(const EncircledCurve& curve, double noise, std::uint64
   return focus;
 }
 
-// Knee at 1/B = 0.05 cycles/m, far below the lowest of the band: only the slope beyond it spreads light.
+// The knee at 1/B = 0.05 cycles/m is far below the band, so that only the slope beyond it matters.
 TEST(PsdOfFocus, AKneeOutsideTheDataIsNotIdentified) {
   FocusCase of = focus_cases()[0];
   of.values = {45e-9, 20.0};
@@ -232,7 +232,7 @@ TEST(PsdOfFocus, AKneeOutsideTheDataIsNotIdentified) {
                 number.upper);
   EXPECT_EQ(found.status, PsdOfFocusStatus::kNotIdentified) << found.message;
   EXPECT_FALSE(found.numbers[1].identified());
-  EXPECT_TRUE(found.numbers[1].lower_found);  // it is above something
+  EXPECT_TRUE(found.numbers[1].lower_found);  // a lower bound exists
   EXPECT_FALSE(found.numbers[1].upper_found);
   EXPECT_LT(found.numbers[1].lower, 20.0);
   EXPECT_TRUE(found.numbers[0].identified());
@@ -240,7 +240,7 @@ TEST(PsdOfFocus, AKneeOutsideTheDataIsNotIdentified) {
   EXPECT_EQ(found.warnings[0].code, "not-identified");
 }
 
-// A curve of another model: what is left is no noise.
+// For a curve of another model the residuals are not noise.
 TEST(PsdOfFocus, AnotherModelIsAPoorFit) {
   const FocusCase of = focus_cases()[2];
   const Family family(of);
@@ -257,8 +257,8 @@ Eigen::ArrayXd array_of_radii(const std::vector<double>& radii) {
   return Eigen::Map<const Eigen::ArrayXd>(radii.data(), Eigen::Index(radii.size()));
 }
 
-// Curves of drawn mirrors, by a code of the tests. Their cells, grey at the rim, lose some of the light that
-// a sharp rim sends far out: as much as of the perfect mirror.
+// Curves of random mirrors by code of the tests. Partly filled grid cells at the rim lose some energy far
+// out, as for the perfect mirror.
 Eigen::ArrayXXd drawn_curves(const PsdModel& psd, const std::vector<double>& radii, int draws,
                              double dz = 0) {
   const auto drawn = [](const RadialPsd& of) {
@@ -279,8 +279,8 @@ struct MirrorScene {
   double farthest;  // radius [m]
 };
 
-// Three mirrors of some ten cycles across: with a knee that their own departures hide, without it, and in a
-// plane where heights count linearly.
+// Three mirrors with about ten cycles across the aperture: one with a knee that its own deviation hides, one
+// without, and one in a plane where heights contribute linearly.
 std::vector<MirrorScene> mirror_scenes() {
   FocusCase knee = focus_cases()[0];
   knee.psd =
@@ -339,7 +339,7 @@ MirrorCounts numbers_of_one_mirror(const MirrorScene& scene, int draws, bool as_
   return counts;
 }
 
-// One mirror is not the mean of its specification: intervals have to allow for that.
+// One mirror differs from the mean of its specification, and the intervals must include that.
 TEST(PsdOfFocus, OfOneMirrorAllowsForItsOwnDeparture) {
   const MirrorCounts counts = numbers_of_one_mirror(mirror_scenes()[0], 6, true);
   for (const std::size_t u : {0, 1}) {
@@ -359,11 +359,10 @@ TEST(FullStatistics, IntervalsOfOneMirrorAllowForItsOwnDeparture) {
   }
 }
 
-// What may be wrong with a curve, each by a size between 0 and 1.
+// Possible errors of a curve, each with a size between 0 and 1.
 enum class Wrong { kNothing, kCropped, kDefocused, kShifted, kAberrated, kScaled };
 constexpr Wrong kAllWrong[] = {Wrong::kCropped, Wrong::kDefocused, Wrong::kShifted, Wrong::kAberrated,
                                Wrong::kScaled};
-// What the message names, of each.
 const char* remedy_of(Wrong wrong) {
   constexpr const char* kWords[] = {"",           "another amount", "another plane", "centre of the light",
                                     "aberration", "another scale"};
@@ -377,7 +376,7 @@ std::string circle_study(const std::string& focus) {
          focus + "}";
 }
 
-// Light of a mean spot in a disc whose centre is off the axis: (1/2 pi) oint E(rho)/rho^2 (X . n) ds.
+// Energy of a mean spot in a disc whose centre is off the axis: (1/2 pi) oint E(rho)/rho^2 (X . n) ds.
 double shifted_disc(const MeanSpot& spot, double radius, double shift) {
   constexpr int kAngles = 128;
   double sum = 0;
@@ -389,11 +388,11 @@ double shifted_disc(const MeanSpot& spot, double radius, double shift) {
   return sum / kAngles;
 }
 
-// A curve of 24 circles of a mirror of `rms`, with a noise of 0.002 that no column says.
+// A curve of 24 circles for RMS height `rms`, with a noise of 0.002 that the file does not state.
 EncircledCurve curve_with(Wrong wrong, double rms, double size, double sign, std::mt19937_64* random) {
   constexpr int kCircles = 24;
   Mirror mirror{2.8, -1, {}};
-  if (wrong == Wrong::kAberrated) mirror.conic += sign * (0.03 + 0.3 * size);  // to 0.5 waves at the rim
+  if (wrong == Wrong::kAberrated) mirror.conic += sign * (0.03 + 0.3 * size);  // up to 0.5 waves at the rim
   const GeneralisedHarveyShack mean(RadialPsd(KCorrelationPsd{rms, 0.02, 3, 2.5, 250}), mirror,
                                     CircleAperture{0.4}, 632.8e-9);
   const double dz = wrong == Wrong::kDefocused ? sign * (0.03e-3 + 0.3e-3 * size) : 0;
@@ -415,7 +414,7 @@ EncircledCurve curve_with(Wrong wrong, double rms, double size, double sign, std
 }
 
 struct VerdictCounts {
-  int fitted = 0, misled = 0, named = 0;  // misled: fitted, with a number more than three deviations off
+  int fitted = 0, misled = 0, named = 0;  // misled: fitted, with a parameter more than three deviations off
 };
 
 VerdictCounts verdicts_of(Wrong wrong, int curves, bool of_mirror, double least_size = 0) {

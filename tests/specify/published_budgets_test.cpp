@@ -1,4 +1,4 @@
-// Budgets whose answers others have published: what `solve` allows beside them.
+// Compares `solve` with published budgets.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace aberfit {
 namespace {
 
-// Heights without a shape that a focus could tell: fine against the aperture.
+// Heights that are fine compared with the aperture, so that their correlation does not matter.
 double allowed_rms(const std::string& mirror, const std::string& wavelength, const std::string& fineness,
                    const std::string& so_that) {
   const std::string study = fmt::format(
@@ -25,8 +25,8 @@ double allowed_rms(const std::string& mirror, const std::string& wavelength, con
   return found.solutions.empty() ? 0 : found.solutions[0].at[0];
 }
 
-// Ruze, Antenna tolerance theory - a review, Proc. IEEE 54 (1966) 633: a loss of 685.8 (rms/wavelength)^2 dB
-// of gain, one decibel at a surface of lambda/26.2; of a shallow dish.
+// Ruze, Antenna tolerance theory - a review, Proc. IEEE 54 (1966) 633: the gain of a shallow dish falls by
+// 685.8 (rms/wavelength)^2 dB, one decibel at a surface RMS of lambda/26.2.
 TEST(PublishedBudgets, OneDecibelOfAnAntennaIsRuzes) {
   const double rms = allowed_rms(
       R"("mirror": {"focal_length": "300 m"}, "aperture": {"shape": "circle", "diameter": "12 m"})", "3 mm",
@@ -35,8 +35,8 @@ TEST(PublishedBudgets, OneDecibelOfAnAntennaIsRuzes) {
   EXPECT_NEAR(685.8 * std::pow(rms / 3e-3, 2), 1, 1e-3);
 }
 
-// The James Webb telescope is diffraction-limited at 2 um by a wavefront of 150 nm: Strehl 0.8 (Lightsey et
-// al., Opt. Eng. 51 (2012) 011003). All of it in fine roughness of one mirror: half of that on its surface.
+// The James Webb telescope is diffraction-limited at 2 um with a wavefront of 150 nm, Strehl 0.8 (Lightsey et
+// al., Opt. Eng. 51 (2012) 011003). As fine roughness this is half of that on the surface of one mirror.
 TEST(PublishedBudgets, DiffractionLimitOfTheWebbTelescope) {
   const double rms = allowed_rms(
       R"("mirror": {"focal_length": "131.4 m"}, "aperture": {"shape": "circle", "diameter": "6.5 m"})",
@@ -44,8 +44,8 @@ TEST(PublishedBudgets, DiffractionLimitOfTheWebbTelescope) {
   EXPECT_NEAR(2 * rms / 150e-9, 1, 5e-3);
 }
 
-// Bennett and Porteus, J. Opt. Soc. Am. 51 (1961) 123: TIS = (4 pi rms/wavelength)^2, 394 ppm for 1 nm at the
-// line of the helium-neon laser.
+// Bennett and Porteus, J. Opt. Soc. Am. 51 (1961) 123: TIS = (4 pi rms/wavelength)^2, 394 ppm at 1 nm, 632.8
+// nm.
 TEST(PublishedBudgets, ScatterOfASmoothMirrorIsBennettsAndPorteus) {
   const double rms =
       allowed_rms(R"("mirror": {"focal_length": "1 m"}, "aperture": {"shape": "circle", "diameter": "5 cm"})",

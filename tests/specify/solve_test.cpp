@@ -1,5 +1,4 @@
-// Which roughness meets a budget: against closed laws of PHYSICS 5, and against the targets of the same
-// study.
+// Tests solutions against closed laws of PHYSICS 5, and against the targets of the same study.
 #include "aberfit/specify/solve.h"
 
 #include <fmt/format.h>
@@ -24,10 +23,10 @@ namespace {
 using std::numbers::pi;
 
 constexpr double kArcsec = pi / 648000;
-// What is asked of a solution; the largest deviation seen is the paraxial one of the closed laws, 1.3e-7.
+// Tolerance of a solution; the largest deviation is the paraxial error of the closed laws, 1.3e-7.
 constexpr double kSolved = 1e-6;
 
-// f/500: the laws' paraxial error is 1/(32 N^2) = 1.3e-7.
+// At f/500 the paraxial error of the laws is 1/(32 N^2) = 1.3e-7.
 std::string slow_mirror(const std::string& psd, const std::string& target, const std::string& solve) {
   return R"({"aberfit": 1, "mirror": {"focal_length": "100 m"}, "light": {"wavelength": "500 nm"},
     "aperture": {"shape": "circle", "diameter": "0.2 m"}, "roughness": {"psd": )" +
@@ -38,16 +37,16 @@ const std::string kGeometric = R"("theory": "geometric")";
 
 Specification solved(const std::string& text) { return run_solve(parse_study(text, "study.json"), {}); }
 
-// RMS height of a uniform PSD with a per-axis slope s: s^2 = (2 pi sigma)^2 (f_min^2 + f_max^2)/4.
+// RMS height of a uniform PSD with per-axis slope s: s^2 = (2 pi sigma)^2 (f_min^2 + f_max^2)/4.
 double rms_of_slope(double slope, double f_min, double f_max) {
   return slope / (pi * std::hypot(f_min, f_max));
 }
-// Slope of an EE diameter on the sky: 4 s sqrt(-2 ln(1 - p)).
+// Slope for an EE diameter on the sky: 4 s sqrt(-2 ln(1 - p)).
 double slope_of_diameter(double angle, double share) {
   return angle / (4 * std::sqrt(-2 * std::log(1 - share)));
 }
 
-// The statistic by the target of the study with the solved values.
+// The statistic as a target of the study with the solved values.
 double target_of(const std::string& text, const SolvePoint& point, const std::string& key) {
   nlohmann::ordered_json study = nlohmann::ordered_json::parse(text);
   std::size_t k = 0;
@@ -84,7 +83,7 @@ TEST(Solve, OfSeveralBudgetsTheStrictestBindsAndEachHasItsOwnAnswer) {
   const double by_light = rms_of_slope(slope_of_diameter(6 * kArcsec, 0.8), 20, 60);
   const double by_angle = rms_of_slope(7e-6 / std::sqrt(8.0), 20, 60);  // 2 sqrt2 s
   ASSERT_LT(by_angle, by_light);
-  // The start, 50 nm, meets neither of the upper ones: the nearer edge of what is allowed comes first.
+  // The start of 50 nm violates both upper limits. The solution nearest to it comes first.
   ASSERT_EQ(spec.solutions.size(), 2u);
   EXPECT_NEAR(spec.solutions[0].at[0] / by_angle, 1, kSolved);
   EXPECT_EQ(spec.solutions[0].binding, 1u);
@@ -96,8 +95,7 @@ TEST(Solve, OfSeveralBudgetsTheStrictestBindsAndEachHasItsOwnAnswer) {
   EXPECT_NEAR(spec.alone[0].at(0) / by_light, 1, kSolved);
 }
 
-// A f^-b from 0.1 to 10 cycles/m: the slope variance is A (2 pi)^3 2 sinh(u ln 10)/u with u = 4 - b, which is
-// even in u.
+// A f^-b from 0.1 to 10 cycles/m has slope variance A (2 pi)^3 2 sinh(u ln 10)/u, u = 4 - b, even in u.
 TEST(Solve, AllSolutionsAreFoundWhereThereAreTwo) {
   const std::string text = slow_mirror(
       R"({"model": "power-law", "amplitude": 1e-18, "exponent": 3.6, "f_min": "0.1 /m", "f_max": "10 /m"})",
@@ -114,7 +112,7 @@ TEST(Solve, AllSolutionsAreFoundWhereThereAreTwo) {
   EXPECT_NEAR(spec.solutions[1].at[0], 4.9, kSolved);
   EXPECT_FALSE(spec.solutions[0].holds_below);
   EXPECT_TRUE(spec.solutions[1].holds_below);
-  // Just above the least value at b = 4 both lie between two steps of the search, 3.6 and 5.4.
+  // Just above the minimum at b = 4 both solutions are between two steps of the search, 3.6 and 5.4.
   study["solve"]["so_that"]["scatter_rms"] = fmt::format("<= {:.17g} rad", scatter(3.9));
   const Specification close = solved(study.dump());
   ASSERT_EQ(close.solutions.size(), 2u);
@@ -141,7 +139,7 @@ TEST(Solve, DiffractionAloneMayExceedTheBudget) {
   EXPECT_EQ(spec.status, SolveStatus::kNoSolution);
   EXPECT_TRUE(spec.solutions.empty());
   EXPECT_NE(spec.reason.find("Airy"), std::string::npos) << spec.reason;
-  // Airy's pattern: 1 - J0^2 - J1^2 of v = pi D theta/lambda is 0.8 at the radius.
+  // Airy pattern: 1 - J0^2 - J1^2 of v = pi D theta/lambda is 0.8 at the radius.
   const double v = pi * 0.2 / 500e-9 * spec.perfect[0].value / 2;
   const double j0 = boost::math::cyl_bessel_j(0, v), j1 = boost::math::cyl_bessel_j(1, v);
   EXPECT_NEAR(1 - j0 * j0 - j1 * j1, 0.8, kSolved);
@@ -149,7 +147,7 @@ TEST(Solve, DiffractionAloneMayExceedTheBudget) {
 }
 
 TEST(Solve, TheSpecularCoreAloneMayMeetTheBudget) {
-  // g = 4 pi 10/500: 94 % of the light are specular, whatever the band.
+  // g = 4 pi 10/500: 94 % of the energy is specular, whatever the band.
   const Specification spec = solved(slow_mirror(
       R"({"model": "uniform", "rms": "10 nm", "f_min": "20 /m", "f_max": "60 /m"})", R"("theory": "ghs")",
       R"({"for": ["/roughness/psd/f_max"], "so_that": {"ee50_diameter": "<= 2 arcsec"}})"));
@@ -172,14 +170,14 @@ TEST(Solve, ContourOfHeightAndBandIsTheClosedLaw) {
   }
   for (std::size_t k = 1; k < spec.contour.points.size(); ++k)
     EXPECT_GT(spec.contour.points[k].at[1], spec.contour.points[k - 1].at[1]);
-  // To the ends of what is allowed: the band, and a decade of either.
+  // The contour reaches the ends of the allowed range: the band, and a decade on either side.
   EXPECT_LT(spec.contour.points.front().at[1], 21);
   EXPECT_GT(spec.contour.points.back().at[1], 200);
 }
 
 TEST(Solve, ContourTurnsWhereAnotherBudgetBegins) {
   const double slope = slope_of_diameter(6 * kArcsec, 0.8);
-  // The height of the closed law at 40 /m: with narrower bands light would allow more.
+  // The height of the closed law at 40 /m; for narrower bands the encircled energy would allow more.
   const double most = rms_of_slope(slope, 20, 40);
   const Specification spec =
       solved(slow_mirror(kUniform, kGeometric,
@@ -219,7 +217,7 @@ TEST(Solve, ContourInLightIsOnTheBudget) {
   EXPECT_LE(spec.evaluations, int(80 + 6 * points.size())) << "exact derivatives: few steps a point";
 }
 
-// Two independent surfaces of one shape are one with sqrt2 of the height: the light does not know which.
+// Two independent surfaces with PSDs of one shape are equivalent to one with sqrt2 times the height.
 TEST(Solve, TwoEqualSurfacesAreOneOfTheRootOfTwo) {
   const std::string part =
       R"({"model": "k-correlation", "rms": "40 nm", "B": "0.1 m", "exponent": 3.5, "f_min": "2.5 /m", "f_max": "40 /m"})";
@@ -237,12 +235,12 @@ TEST(Solve, TwoEqualSurfacesAreOneOfTheRootOfTwo) {
                                          "/roughness/psd/parts/1/rms"));
   ASSERT_EQ(two.solutions.size(), 1u);
   EXPECT_NEAR(two.solutions[0].at[0] * std::sqrt(2.0) / sigma, 1, 1e-10);
-  // Either half moves the light by half of what the whole does.
+  // Either surface changes the spot by half of what both do.
   EXPECT_NEAR(two.solutions[0].budgets[0].sensitivity[0] / one.solutions[0].budgets[0].sensitivity[0], 0.5,
               1e-8);
 }
 
-// f/5000: the law of PHYSICS 5 itself, whose paraxial error 1/(32 N^2) is 1.3e-9.
+// At f/5000 the paraxial error 1/(32 N^2) of PHYSICS 5 is 1.3e-9.
 TEST(Solve, OfAVerySlowMirrorTheClosedLawHoldsToItsLastDigits) {
   nlohmann::ordered_json study =
       nlohmann::ordered_json::parse(slow_mirror(kUniform, kGeometric,
@@ -253,14 +251,14 @@ TEST(Solve, OfAVerySlowMirrorTheClosedLawHoldsToItsLastDigits) {
   ASSERT_EQ(spec.solutions.size(), 1u);
   const double law = rms_of_slope(slope_of_diameter(6 * kArcsec, 0.8), 20, 60);
   EXPECT_NEAR(spec.solutions[0].at[0] / law, 1, 1e-8);
-  // rms sqrt(f_min^2 + f_max^2) is what counts.
+  // The statistic depends on rms sqrt(f_min^2 + f_max^2).
   const std::vector<double>& sensitivity = spec.solutions[0].budgets[0].sensitivity;
   EXPECT_NEAR(sensitivity[0], 1, 1e-9);
   EXPECT_NEAR(sensitivity[1], 20.0 * 20 / (20 * 20 + 60 * 60), 1e-9);
 }
 
 TEST(Solve, SaysWhereTheTheoryEnds) {
-  // Half of the light within 0.9 m at a focal length of 2.8 m scatters further than the theory goes.
+  // Half of the energy within 0.9 m at f = 2.8 m requires scatter beyond the range of the theory.
   const std::string text =
       R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
       "aperture": {"shape": "circle", "diameter": "0.4 m"},
@@ -321,7 +319,7 @@ TEST(Solve, NumbersOfAPsdAreThoseOfItsModel) {
   EXPECT_THROW(family({-1.0}), InputError);
 }
 
-// Whoever writes the correlation length may ask for it: B over 2 pi, with the same sensitivity.
+// The unknown may be the correlation length, B over 2 pi, with the same sensitivity.
 TEST(Solve, OfACorrelationLengthIsThatOfB) {
   const auto of = [](const std::string& key, const std::string& value) {
     return solved(slow_mirror(
@@ -340,7 +338,7 @@ TEST(Solve, OfACorrelationLengthIsThatOfB) {
   }
 }
 
-// Strehl exp(-g^2) of roughness much finer than the aperture; TIS 1 - exp(-g^2) of any.
+// Strehl is exp(-g^2) for roughness much finer than the aperture; TIS is 1 - exp(-g^2) for any roughness.
 TEST(Solve, OfStrehlAndScatterIsThatOfTheCore) {
   const std::string fine = R"({"model": "uniform", "rms": "20 nm", "f_min": "2000 /m", "f_max": "4000 /m"})";
   const auto height = [&](const std::string& so_that) {
@@ -360,7 +358,7 @@ TEST(Solve, OfStrehlAndScatterIsThatOfTheCore) {
                InputError);
 }
 
-// Closed laws of a uniform band: the share of its area in f, its slope; heights in parts of the wavelength.
+// Closed laws of a uniform band: fraction of its area in f, slope, heights in fractions of the wavelength.
 TEST(Solve, OfTheSurfaceIsThatOfItsMoments) {
   const auto height = [&](const std::string& so_that) {
     const Specification spec = solved(
@@ -382,7 +380,7 @@ TEST(Solve, OfTheSurfaceIsThatOfItsMoments) {
   EXPECT_NEAR(5e-9 / root, std::sqrt(2 * (1 - (part(60) - part(20)) / 3200)), 1e-8);
 }
 
-// By the theory of light they are the same, though neither light nor rays are asked.
+// Quantities of the surface are the same with the theory of diffraction, which they do not use.
 TEST(Solve, OfTheSurfaceIsTheSameByEitherTheory) {
   const Specification spec = solved(slow_mirror(
       R"({"model": "k-correlation", "rms": "50 nm", "B": "0.1 m", "exponent": 3, "f_max": "1000 /m"})",
@@ -394,7 +392,7 @@ TEST(Solve, OfTheSurfaceIsTheSameByEitherTheory) {
   EXPECT_NEAR(spec.solutions[0].budgets[1].sensitivity[0], 1, 1e-9);
 }
 
-// Of one and the same number of the roughness: each budget's limit is its value at the other's solution.
+// Two budgets on one roughness: each limit is the value at the solution of the other.
 TEST(Solve, BudgetsOfLightAgreeWithEachOther) {
   const std::string begin = R"({"for": ["/roughness/psd/rms"], "so_that": )";
   const auto solution = [&](const std::string& so_that) {

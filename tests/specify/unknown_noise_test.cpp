@@ -1,4 +1,4 @@
-// The form of residuals: chances of noise alone, and what each fault does to them.
+// Tests the structure of residuals: probabilities for noise alone, and the effect of each systematic error.
 #include "../../src/specify/unknown_noise.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Eigen::MatrixXd line() {
   return design;
 }
 
-// Departures of a mirror of its own, as smooth as they are.
+// Smooth covariance of the deviation of one mirror.
 Eigen::MatrixXd smooth_covariance(double size) {
   return Eigen::MatrixXd::NullaryExpr(kData, kData, [&](Eigen::Index i, Eigen::Index j) {
     return size * size * std::exp(-std::pow(double(i - j) / 8, 2));
@@ -46,7 +46,7 @@ TEST(UnknownNoiseResiduals, LevelOfEvenNoiseIsThatOfTheDegreesOfFreedom) {
   EXPECT_NEAR(UnknownNoiseResiduals(1e-5 * values, line(), none, even, 1e-4).level(), 1e-4, 1e-8);
 }
 
-// Of noise alone chances are even between 0 and 1, with and without departures of the mirror's own.
+// For noise alone the probabilities are uniform between 0 and 1, with and without a deviation of the mirror.
 TEST(UnknownNoiseResiduals, ChancesOfNoiseAloneAreEven) {
   for (const double size : {0.0, 0.01}) {
     const Eigen::MatrixXd own = smooth_covariance(size);
@@ -66,7 +66,7 @@ TEST(UnknownNoiseResiduals, ChancesOfNoiseAloneAreEven) {
   }
 }
 
-// A bow of three deviations of the noise: of all curves of this theory, of one mirror no fault of it.
+// A bow of three standard deviations of the noise is an error for a mean, but not for one mirror.
 TEST(UnknownNoiseResiduals, ABowIsAFaultUnlessMirrorsHaveIt) {
   std::mt19937_64 random(3);
   const Eigen::VectorXd bow = line().col(1).array().square().matrix();
@@ -75,7 +75,7 @@ TEST(UnknownNoiseResiduals, ABowIsAFaultUnlessMirrorsHaveIt) {
   const UnknownNoiseResiduals of_mean(values, line(), Eigen::MatrixXd::Zero(kData, kData), even, 1e-4);
   EXPECT_LT(of_mean.chance(bow), 1e-4);
   EXPECT_LT(of_mean.chance(internal::smooth_columns(kData)), 1e-2);
-  EXPECT_EQ(of_mean.chance(2 * line().col(1)), 1);  // says nothing new
+  EXPECT_EQ(of_mean.chance(2 * line().col(1)), 1);  // adds nothing new
   EXPECT_GT(UnknownNoiseResiduals(values, line(), smooth_covariance(0.02), even, 1e-4).chance(bow), 0.02);
   const internal::ResidualVerdict verdict = verdict_of(
       of_mean, {{"line", line().col(1)}, {"bow", bow}, {"smooth", internal::smooth_columns(kData)}}, 0.02);
@@ -83,7 +83,7 @@ TEST(UnknownNoiseResiduals, ABowIsAFaultUnlessMirrorsHaveIt) {
   EXPECT_LT(verdict.chance, 1e-3);
 }
 
-// A mistake in one datum is no bow, though a bow takes part of it.
+// A mistake in one datum is not reported as a bow, although a bow explains part of it.
 TEST(UnknownNoiseResiduals, OneDatumFarOffIsNamed) {
   for (const Eigen::Index datum : {0, 9, 23}) {
     std::mt19937_64 random(4);

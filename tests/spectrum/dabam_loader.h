@@ -12,7 +12,7 @@
 
 namespace aberfit::test {
 
-/// First scan line of ../shared/data/dabam/dabam-<id>, by the conventions of the README there.
+/// First scan line of ../shared/data/dabam/dabam-<id>, by the conventions of its README.
 inline Profile load_dabam(const std::string& id) {
   const std::string stem = (shared_data("dabam").value() / ("dabam-" + id)).string();
   std::ifstream text(stem + ".txt"), data(stem + ".dat");
@@ -39,7 +39,7 @@ inline Profile load_dabam(const std::string& id) {
   return profile;
 }
 
-/// The interferogram of ../shared/data/prysm-zygo; offsets and scale from the README there.
+/// The interferogram of ../shared/data/prysm-zygo; offsets and scale are from its README.
 inline HeightMap load_zygo() {
   std::ifstream file(shared_data("prysm-zygo").value() / "valid_zygo_dat_file.dat", std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());

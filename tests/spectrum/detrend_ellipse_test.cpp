@@ -12,16 +12,16 @@ using namespace aberfit::internal;
 
 namespace {
 
-// Rounding of the heights, 1e-16 of them, is seen through the quartic of the first ellipse below, 1e-5 of the
-// height, and the fit's derivatives are good to 1e-10: at most 1e-8 was seen.
+// The heights have a rounding of 1e-16, which the quartic of the first ellipse, 1e-5 of the height,
+// amplifies. The derivatives of the fit are accurate to 1e-10. The largest observed error is 1e-8.
 constexpr double kReached = 1e-7;
 
 struct Ellipse {
   double p, q, theta, half_length;
 };
 
-// Height over the tangent at the pole, from |P - F1| + |P - F2| = p + q alone: Newton's method in extended
-// precision, whose rounding of 1e-19 (p + q) / (2 sin theta) is far below a picometre.
+// Height over the tangent at the pole, from |P - F1| + |P - F2| = p + q alone, by Newton's method in extended
+// precision. Its rounding of 1e-19 (p + q) / (2 sin theta) is far below a picometre.
 double height_at(const Ellipse& e, double along) {
   using Real = long double;
   const Real c = std::cos(Real(e.theta)), s = std::sin(Real(e.theta)), x = along;
@@ -35,7 +35,7 @@ double height_at(const Ellipse& e, double along) {
 
 Profile profile_of(const Ellipse& e, double sign) {
   Profile profile;
-  profile.x = Eigen::ArrayXd::LinSpaced(401, 0.02, 0.02 + 2 * e.half_length);  // pole in the middle
+  profile.x = Eigen::ArrayXd::LinSpaced(401, 0.02, 0.02 + 2 * e.half_length);  // the pole is in the middle
   profile.value = profile.x.unaryExpr([&](double x) { return height_at(e, x - 0.02 - e.half_length); });
   profile.value = sign * profile.value + 2e-6 + 3e-5 * profile.x;
   return profile;
@@ -45,7 +45,7 @@ Profile slopes_of(const Profile& heights, const Ellipse& e, double sign) {
   Profile slopes = heights;
   slopes.quantity = ProfileQuantity::kSlope;
   for (Eigen::Index i = 0; i < slopes.size(); ++i) {
-    // The normal halves the angle between the rays to the foci: z' = -(e1 + e2)_x / (e1 + e2)_z.
+    // The normal bisects the angle between the rays to the foci: z' = -(e1 + e2)_x / (e1 + e2)_z.
     const double x = slopes.x[i] - 0.02 - e.half_length, z = height_at(e, x);
     const double c = std::cos(e.theta), s = std::sin(e.theta);
     const double d1 = std::hypot(x + e.p * c, z - e.p * s), d2 = std::hypot(x - e.q * c, z - e.q * s);
@@ -58,7 +58,7 @@ Profile slopes_of(const Profile& heights, const Ellipse& e, double sign) {
 }  // namespace
 
 TEST(DetrendEllipse, ArmsAndAngleOfASyntheticEllipseAreRecovered) {
-  // A synchrotron focuser, a short one upstream, and a steep mirror. The longer arm is seen through 1/p only.
+  // A synchrotron focuser, a short one upstream, a steep mirror. The longer arm matters through 1/p only.
   for (const Ellipse& e : {Ellipse{30, 0.4, 3e-3, 0.1}, Ellipse{2, 5, 2e-2, 0.15}, Ellipse{1, 0.5, 0.3, 0.1}})
     for (const double sign : {1., -1.}) {
       const Profile heights = profile_of(e, sign);
@@ -68,7 +68,7 @@ TEST(DetrendEllipse, ArmsAndAngleOfASyntheticEllipseAreRecovered) {
         const std::string name = std::to_string(e.p) +
                                  (profile.quantity == ProfileQuantity::kSlope ? " slope " : " height ") +
                                  std::to_string(sign);
-        // Which arm comes first the sign of the cubic tells.
+        // The sign of the cubic determines which arm is which.
         EXPECT_NEAR(fit.p / e.p, 1, kReached) << name;
         EXPECT_NEAR(fit.q / e.q, 1, kReached) << name;
         EXPECT_NEAR(fit.grazing_angle / e.theta, 1, kReached) << name;
@@ -88,7 +88,7 @@ TEST(DetrendEllipse, PoleIsTheMiddleOfTheValidSamples) {
   EXPECT_TRUE(fit.shape.isFinite().all());
 }
 
-// Plane waves onto the mirror: x cos(theta) - z sin(theta) + |P - F2| = q.
+// For plane waves onto the mirror: x cos(theta) - z sin(theta) + |P - F2| = q.
 TEST(DetrendEllipse, AParabolaIsAnEllipseWithOneArmFarAway) {
   constexpr double kArm = 3, kTheta = 1e-2, kHalf = 0.1;
   Profile profile;
@@ -126,6 +126,6 @@ TEST(DetrendEllipse, APlaneHasNoneAndSaysThatAParabolaWasTakenOff) {
   EXPECT_TRUE(parabola.warnings.empty());
   EXPECT_EQ(estimate.rms_height, parabola.rms_height);
   EXPECT_TRUE((estimate.psd == parabola.psd).all());
-  EXPECT_EQ(estimate.response, parabola.response);  // that of what was done, not of the ellipse
+  EXPECT_EQ(estimate.response, parabola.response);  // the response of the parabola, which was subtracted
   EXPECT_EQ(estimate.options.detrend.shape, DetrendShape::kPolynomial);
 }

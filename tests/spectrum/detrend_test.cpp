@@ -17,7 +17,7 @@ TEST(Detrend, PolynomialsVanishOnProfilesAndMaps) {
   EXPECT_LT(rms(detrend(profile, {DetrendShape::kPolynomial, 3})), 1e-13);
   EXPECT_GT(rms(detrend(profile, {DetrendShape::kPolynomial, 2})), 1e-4);
   EXPECT_TRUE(std::isnan(detrend(profile, {}).value[7]));
-  profile.quantity = ProfileQuantity::kSlope;  // a slope that is a cubic belongs to a height of degree 4
+  profile.quantity = ProfileQuantity::kSlope;  // a cubic slope belongs to a height of degree 4
   EXPECT_LT(rms(detrend(profile, {DetrendShape::kPolynomial, 4})), 1e-13);
   EXPECT_GT(rms(detrend(profile, {DetrendShape::kPolynomial, 3})), 1e-4);
   HeightMap map;
@@ -47,8 +47,7 @@ TEST(Detrend, TrapezoidIntegratesALinearSlopeExactlyAcrossAHole) {
 
 using DetrendOnRealData = test::DabamOnRealData;
 
-// 161 raw slopes of an ESRF ellipse: degree 2 leaves 46 nm, degree 6 0.10 nm, three parameters of an ellipse
-// 0.19.
+// 161 raw slopes of an ESRF ellipse: degree 2 leaves 46 nm, degree 6 0.10 nm, an ellipse 0.19 nm.
 TEST_F(DetrendOnRealData, EllipseOfDabam004IsFound) {
   const Profile height = heights_of(test::load_dabam("004"));
   EXPECT_NEAR(rms(detrend(height, {DetrendShape::kPolynomial, 2})), 46e-9, 1e-9);

@@ -1,5 +1,5 @@
-// Structure functions: of measurements against sums over every pair, closed forms and known ensembles; of
-// models against closed forms and plain sums.
+// Tests structure functions. Measured ones are compared with sums over every pair, closed forms and known
+// ensembles; those of models with closed forms and direct sums.
 #include "aberfit/spectrum/height_differences.h"
 
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ Profile even(Index n, double pitch) {
   return profile;
 }
 
-// a sin(2 pi f x): D = 2 a^2 sin^2(pi f s) (1 + mean of cos(4 pi f (x + s/2))), the last at most 1/(sin(2 pi
-// f pitch) (n - lag)).
+// For a sin(2 pi f x): D = 2 a^2 sin^2(pi f s) (1 + mean of cos(4 pi f (x + s/2))). The mean is at most
+// 1/(sin(2 pi f pitch) (n - lag)).
 TEST(HeightDifferences, OfASinusoidAreTheClosedForm) {
   Profile profile = even(4000, 1e-3);
   constexpr double kAmplitude = 3e-9, kFrequency = 12.37;
@@ -53,7 +53,7 @@ TEST(HeightDifferences, OfWhiteNoiseAreTwiceItsVariance) {
   const RandomStream stream(1, "white noise");
   for (Index i = 0; i < profile.size(); ++i) profile.value[i] = stream.normal(std::uint64_t(i));
   const HeightDifferences d = height_differences(profile, kAsItIs);
-  // Of n differences, each pair sharing a point with two others: variance of the mean 12/n at most.
+  // Of n differences, each shares a point with two others, so the variance of the mean is at most 12/n.
   for (Index k = 0; k < d.separation.size(); ++k)
     EXPECT_NEAR(d.mean_square[k], 2, 4.5 * std::sqrt(12 / d.pairs[k])) << k;
 }
@@ -74,7 +74,7 @@ TEST(HeightDifferences, CompareOnlyPairsThatAreBothThere) {
     EXPECT_EQ(d.pairs[k], count);
     EXPECT_NEAR(d.mean_square[k], sum / count, 1e-12 * sum / count);
   }
-  // Samples that the file does not have at all are holes as well.
+  // Samples that the file omits are holes as well.
   Profile shorter;
   std::vector<Index> there;
   for (Index i = 0; i < 60; ++i)
@@ -85,7 +85,7 @@ TEST(HeightDifferences, CompareOnlyPairsThatAreBothThere) {
     EXPECT_NEAR(again.mean_square[k], d.mean_square[k], 1e-9 * d.mean_square[k]);
 }
 
-// Every pair of points, each once, whose distance is within a tenth of the separation, at most half a pitch.
+// Every pair of points counts once if its distance is within a tenth of the separation, at most half a pitch.
 TEST(HeightDifferences, OfAMapAreThoseOfEveryPairInEveryDirection) {
   HeightMap map;
   map.pitch_x = 1e-3, map.pitch_y = 0.8e-3;
@@ -127,8 +127,8 @@ PsdModelFit with_curve(double f_min, double f_max, const test::Spectrum& spectru
   return fit;
 }
 
-// S1 = A/(1 + (B f)^2) has the autocorrelation pi A/(2 B) exp(-2 pi s/B). What the band leaves out: 2 A
-// f_min of the height below it, which counts (2 pi f_min s)^2 less, and 2 A/(B^2 f_max) above, twice.
+// S1 = A/(1 + (B f)^2) has the autocorrelation pi A/(2 B) exp(-2 pi s/B). The band omits the height variance
+// 2 A f_min below it, with a contribution smaller by (2 pi f_min s)^2, and 2 A/(B^2 f_max) above it, twice.
 TEST(HeightDifferences, OfAKCorrelationModelAreTheClosedForm) {
   constexpr double kA = 1e-18, kB = 0.02;
   const PsdModelFit fit =
@@ -160,7 +160,7 @@ TEST(HeightDifferences, OfABandedModelAreASum) {
   }
 }
 
-// A ring of frequencies: D = 2 sigma^2 (1 - J0(2 pi f s)).
+// For a ring of frequencies: D = 2 sigma^2 (1 - J0(2 pi f s)).
 TEST(HeightDifferences, OfAMapsModelGoOverAllDirections) {
   PsdModelFit fit;
   fit.model = UniformPsd{2e-9, 49.9, 50.1};
@@ -170,7 +170,7 @@ TEST(HeightDifferences, OfAMapsModelGoOverAllDirections) {
     EXPECT_NEAR(d[i], 8e-18 * (1 - std::cyl_bessel_j(0, 2 * kPi * 50 * s[i])), 1e-4 * 8e-18) << i;
 }
 
-// Lines of a known ensemble: the mean of what is measured, and of what is fitted to each.
+// Random lines of a known ensemble: mean of the measured structure functions, and of the fitted ones.
 TEST(HeightDifferences, OfRandomLinesAreThoseOfTheirEnsembleAndOfTheirModels) {
   constexpr int kLines = 60;
   const test::Spectrum spectrum = [](double f) { return 1e-18 * std::pow(1 + f * f / 400, -1.5); };
@@ -186,9 +186,9 @@ TEST(HeightDifferences, OfRandomLinesAreThoseOfTheirEnsembleAndOfTheirModels) {
     });
     const ArrayXd& s = found[0].separation;
     for (Index k = 0; k < s.size() && s[k] < 0.1; ++k) {  // a tenth of the record
-      // The trapezoid rule takes (x cot x)^2, x = pi f pitch, of what slopes say of the highest frequencies.
+      // The trapezoid rule passes only (x cot x)^2, x = pi f pitch, of the highest frequencies of slopes.
       if (quantity == ProfileQuantity::kSlope && s[k] < 3.5 * test::kLinePitch) continue;
-      // Independent ordinates of a line eight times as long.
+      // The ordinates of a line eight times as long are independent.
       double truth = 0;
       for (int j = 1; j < 4 * 1024; ++j) {
         const double f = j / (8 * 1024 * test::kLinePitch);
@@ -201,7 +201,7 @@ TEST(HeightDifferences, OfRandomLinesAreThoseOfTheirEnsembleAndOfTheirModels) {
         model += modelled[std::size_t(i)][k] / truth / kLines;
       }
       const double error = std::sqrt((square - mean * mean) / kLines);
-      // Detrending takes a share off that grows with s.
+      // Detrending removes a fraction that grows with s.
       EXPECT_NEAR(mean, 1, 4 * error + 0.03) << s[k] << " quantity " << int(quantity);
       EXPECT_NEAR(model, mean, 0.06) << s[k] << " quantity " << int(quantity);
     }

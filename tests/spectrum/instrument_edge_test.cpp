@@ -1,5 +1,5 @@
-// Where an instrument's transfer ends: random profiles and maps that were filtered above a frequency, with
-// the white noise that is left there, and others that nothing was filtered off.
+// Tests the end of an instrument's transfer function with random profiles and maps: some are filtered above a
+// frequency and have white noise there, others are not filtered.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ TEST_WITH_SHORT_FORM(InstrumentEdge, IsNotSeenWhereThereIsNone) {
   EXPECT_LT(seen, 0.01 * looks);
 }
 
-// The fit ends at the edge, unless it is told to go on.
+// The fit ends at the edge unless f_max is larger.
 TEST(InstrumentEdge, EndsTheFitUnlessFMaxGoesBeyond) {
   const auto filtered = [](double f) { return 1e-15 * (f < 200 ? std::pow(f, -3) : 1e-10); };
   const PsdEstimate estimate = estimate_psd(random_line(filtered, ProfileQuantity::kHeight, 7), {});

@@ -1,4 +1,4 @@
-// RMS slopes of maps along x and y beside their mean, against closed forms.
+// Tests RMS slopes of maps along x, along y and their mean against closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Waves along both axes, whole periods in the map.
+// Waves along both axes with whole periods in the map.
 HeightMap waves(Eigen::Index columns, Eigen::Index rows, double pitch_x, double pitch_y, double along_x,
                 double along_y) {
   HeightMap map;
@@ -24,7 +24,7 @@ HeightMap waves(Eigen::Index columns, Eigen::Index rows, double pitch_x, double 
   return map;
 }
 
-// A central difference of a sine is its slope times sin(x)/x of the phase from point to point.
+// A central difference of a sine is its slope times sin(x)/x, where x is the phase between points.
 double slope_of(double amplitude, double periods, Eigen::Index points, double pitch) {
   return amplitude * std::sin(2 * kPi * periods / double(points)) / pitch / std::sqrt(2.0);
 }
@@ -41,7 +41,7 @@ TEST(MapSlopes, AreThoseAlongEachAxisAndTheirMean) {
     const SurfaceRms rms = surface_rms(map, {DetrendShape::kNone});
     const double x = slope_of(s.along_x, 4, s.columns, s.pitch_x),
                  y = slope_of(s.along_y, 3, s.rows, s.pitch_y);
-    // The ends of a line have no central difference: the mean square lacks two points.
+    // The ends of a line have no central difference, so the mean square lacks two points.
     EXPECT_NEAR(rms.slope_x / x, 1, 3.0 / double(s.columns));
     EXPECT_NEAR(rms.slope_y / y, 1, 3.0 / double(s.rows));
     EXPECT_NEAR(rms.slope, std::sqrt((rms.slope_x * rms.slope_x + rms.slope_y * rms.slope_y) / 2),

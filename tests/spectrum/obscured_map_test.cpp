@@ -1,4 +1,4 @@
-// Where a hole is too large to be bridged, as the obscuration of an annulus, the PSD is estimated beside it.
+// If a hole is too large to be bridged, as in an annulus, the PSD is estimated beside it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Index;
 
-// 60 x 60 points a millimetre apart with a hole of `size` x `size` points in the middle.
+// 60 x 60 points with a pitch of 1 mm and a hole of `size` x `size` points in the middle.
 HeightMap with_hole(Index size) {
   HeightMap map;
   map.pitch_x = map.pitch_y = 1e-3;
@@ -21,13 +21,13 @@ HeightMap with_hole(Index size) {
 
 double ordinates(const HeightMap& map) { return estimate_psd(map, {}).count.sum(); }
 
-// 169 of 3,600 points are bridged; beside 196 are left 23 x 60.
+// A hole of 169 of 3,600 points (below 5 %) is bridged; beside one of 196 points 23 x 60 remain.
 TEST(ObscuredMap, HolesOfMoreThanFivePercentAreAvoided) {
   EXPECT_GT(ordinates(with_hole(13)), 0.9 * ordinates(with_hole(0)));
   EXPECT_LT(ordinates(with_hole(14)), 0.4 * ordinates(with_hole(0)));
 }
 
-// Expected bins over the PSD itself, of f^-3.
+// Expected bins over the PSD f^-3 itself.
 TEST(ObscuredMap, BinsOfAnAnnulusAreThoseOfTheSurface) {
   HeightMap map = with_hole(0);
   centre_on_grid(&map);

@@ -1,5 +1,5 @@
-// Outliers put on random surfaces of known PSD: none found on clean ones, all found on spoilt ones, and the
-// RMS values of the clean surface come back.
+// Tests outliers on random surfaces of known PSD: none on clean surfaces, all on spoilt ones, and after
+// rejection the RMS values of the clean surface.
 #include "aberfit/spectrum/outliers.h"
 
 #include <fmt/format.h>
@@ -46,7 +46,7 @@ void take_out_round(HeightMap* map) {
 }
 
 constexpr int kShapes = 5;
-// Short and long profiles of heights, slopes; a round map with a hole, a square one.
+// Short and long profiles of heights and slopes; a round map with a hole, a square map.
 Measurement surface(const RadialPsd& psd, int shape, int seed) {
   RandomSurfaceOptions draw;
   draw.seed = std::uint64_t(seed);
@@ -68,7 +68,7 @@ Measurement surface(const RadialPsd& psd, int shape, int seed) {
 Eigen::Map<Eigen::ArrayXd> values(Profile& p) { return {p.value.data(), p.value.size()}; }
 Eigen::Map<Eigen::ArrayXd> values(HeightMap& m) { return {m.height.data(), m.height.size()}; }
 
-// 1 % of the samples moved up or down by ten standard deviations of the whole.
+// Shifts 1 % of the samples up or down by ten standard deviations of the whole.
 Measurement with_spikes(Measurement surface, int seed) {
   std::visit(
       [&](auto& s) {
@@ -93,7 +93,6 @@ SurfaceRms rms_of(const Measurement& data) {
   return std::visit([](const auto& d) { return surface_rms(d, {}); }, data);
 }
 
-// How many of `count` clean surfaces of the mix have an alarm.
 int false_alarms(int count) {
   const std::vector<RadialPsd> mix = roughnesses();
   int alarms = 0;
@@ -103,8 +102,7 @@ int false_alarms(int count) {
   return alarms;
 }
 
-// Largest relative error of RMS height and slope after rejection, and how much the spikes had changed at
-// least.
+// Largest relative error of RMS height and slope after rejection, and the smallest change by the spikes.
 struct Restored {
   double height = 0, slope = 0, spoilt = kInfinity;
 };
@@ -119,7 +117,7 @@ Restored restored(int count) {
     const Warnings said = screen(&spoilt, OutlierTreatment::kReject, {});
     EXPECT_EQ(said.at(0).code, "outliers-rejected");
     const SurfaceRms without = rms_of(spoilt);
-    // Heights of slopes are sums: what a lost slope was is missing in all that follow, whatever found it.
+    // Heights are integrated slopes, so a lost slope is missing in all later heights.
     const double height = shape == 2 ? 0 : std::abs(without.height / truth.height - 1),
                  slope = std::abs(without.slope / truth.slope - 1);
     EXPECT_LT(height, 0.02) << i;
@@ -131,7 +129,7 @@ Restored restored(int count) {
   return worst;
 }
 
-// Expected by the threshold: 1 in 200 where residuals are Gaussian; 4 of 60 have a probability of 3e-4.
+// The threshold gives 1 alarm in 200 for Gaussian residuals; the probability of 4 in 60 is 3e-4.
 TEST(Outliers, NoneOnCleanSurfaces) { EXPECT_LT(false_alarms(60), 4); }
 
 TEST(FullStatistics, OutliersOnFewerThanOnePercentOfCleanSurfaces) {
@@ -153,7 +151,7 @@ TEST(FullStatistics, RejectedSpikesGiveTheRmsOfTheCleanSurfaceBack) {
       worst.height, worst.slope, worst.spoilt);
 }
 
-// A pit of 7 x 7 points and a scratch of 30, on a map and at its rim.
+// A pit of 7 x 7 points and a scratch of 30, inside a map and at its rim.
 TEST(Outliers, DamagedRegionsAreFoundWhole) {
   for (const std::size_t kind : {2u, 3u, 4u}) {
     auto map = std::get<HeightMap>(surface(roughnesses()[kind], 4, 11));
@@ -180,7 +178,7 @@ TEST(Outliers, DamageOfAProfileIsFoundWhole) {
   EXPECT_LE(outliers.count, 13);
 }
 
-// Both sides of a step are surface, and so is what bends smoothly: a turned-down rim, a figure without noise.
+// Steps and smooth bends belong to the surface: a turned-down rim, a figure without noise.
 TEST(Outliers, StepsAndSmoothShapesAreNone) {
   auto map = std::get<HeightMap>(surface(roughnesses()[4], 4, 12));
   const Grid clean = map.height;
@@ -205,7 +203,7 @@ TEST(Outliers, StepsAndSmoothShapesAreNone) {
   EXPECT_EQ(find_outliers(map).count, 0);
 }
 
-// Heights rounded to steps of twice their roughness: more than half of the residuals are zero.
+// Heights are rounded to steps of twice their roughness, so more than half of the residuals are zero.
 TEST(Outliers, RoundedHeightsAreNone) {
   auto map = std::get<HeightMap>(surface(roughnesses()[3], 4, 13));
   const double step = 2 * rms(map);
@@ -262,7 +260,7 @@ TEST(Screen, WarnsOfValuesThatNoMirrorHas) {
   EXPECT_TRUE(warned(map));
 }
 
-// A pitch or a unit that makes what no instrument measures: from 0.1 um, a map's diagonal, to 50 m.
+// A pitch or unit that gives lengths outside 0.1 um (diagonal of a map) to 50 m.
 TEST(Screen, WarnsOfLengthsThatNobodyMeasures) {
   const auto said = [](Measurement data) {
     const Warnings warnings = screen(&data, OutlierTreatment::kKeep, {});
@@ -289,7 +287,7 @@ TEST(Screen, WarnsOfLengthsThatNobodyMeasures) {
   }
 }
 
-// Mirrors for synchrotrons, an interferogram, and two maps of microscopes.
+// Mirrors for synchrotrons, an interferogram, and two microscope maps.
 TEST_F(DabamOnRealData, HasOrdinaryLengthsHeightsAndSlopes) {
   int profiles = 0;
   for (const auto& entry : std::filesystem::directory_iterator(file(""))) {

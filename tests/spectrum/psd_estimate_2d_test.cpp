@@ -27,8 +27,8 @@ HeightMap empty_map() {
   return map;
 }
 
-// Random surfaces of S2 = (f res)^-exponent: plane waves every eighth of an ordinate, off the axes, over the
-// Nyquist rectangle. Real and imaginary part of a sum are two surfaces.
+// Random surfaces with S2 = (f res)^-exponent: plane waves every eighth of an ordinate, off the axes, over
+// the Nyquist rectangle. Real and imaginary part of a sum are two surfaces.
 std::vector<Grid> surfaces(double exponent, double resolution) {
   const HeightMap map = empty_map();
   const int nu = 8 * kColumns, nv = 8 * kRows;
@@ -119,8 +119,8 @@ TEST(PsdEstimate2d, UnknownPitchIsRefusedByName) {
 
 using PsdEstimate2dOnRealData = test::ZygoOnRealData;
 
-// The table's own estimator: centred square, holes set to zero, quadratic taken off the square. Ours takes
-// the largest rectangle and bridges the holes. Between 500 and 4,000 /m, twelve bins per decade, they agree
+// The estimator of the table uses a centred square with holes set to zero, minus a quadratic. Ours uses the
+// largest rectangle and bridges the holes. Between 500 and 4,000 /m, with twelve bins per decade, they agree
 // within 12 % (3 % from 900 /m on, where a bin holds hundreds of ordinates).
 TEST_F(PsdEstimate2dOnRealData, ZygoMapAgreesWithTheTableInTheMidBand) {
   const PsdEstimate estimate = estimate_psd(test::load_zygo(), {}, 2);
@@ -143,7 +143,7 @@ TEST_F(PsdEstimate2dOnRealData, ZygoMapAgreesWithTheTableInTheMidBand) {
   EXPECT_GE(compared, 9);
 }
 
-// README there: 44.591 nm about the mean; without the quadric 44.45 nm.
+// The README states 44.591 nm about the mean; without the quadric it is 44.45 nm.
 TEST_F(PsdEstimate2dOnRealData, ZygoMapHasItsStatedRms) {
   const HeightMap map = test::load_zygo();
   EXPECT_NEAR(rms(detrend(map, {DetrendShape::kPolynomial, 0})), 44.591e-9, 5e-13);

@@ -27,7 +27,7 @@ Profile even_profile(Eigen::Index n) {
   return profile;
 }
 
-// Profiles of S1 = (f/resolution)^-exponent: normal amplitudes every eighth of an ordinate. Columns.
+// Profiles with S1 = (f/resolution)^-exponent in columns: normal amplitudes at every eighth of an ordinate.
 Eigen::MatrixXd profiles(int n, double exponent, int count, const std::string& name) {
   const int waves = 8 * n / 2;
   Eigen::MatrixXd basis(n, 2 * waves), amplitude(2 * waves, count);
@@ -43,12 +43,11 @@ Eigen::MatrixXd profiles(int n, double exponent, int count, const std::string& n
   return basis * amplitude;
 }
 
-// Expected bins of a power law.
 Eigen::VectorXd power_law_bins(const PsdEstimate& estimate, double exponent) {
   return estimate.response * (estimate.node_frequency / estimate.resolution).pow(-exponent).matrix();
 }
 
-// Ratio of bins to what is expected of them, collected over surfaces.
+// Ratios of bins to their expectation, collected over surfaces.
 struct Ratio {
   double sum = 0, squares = 0, own = 0;
   int count = 0;
@@ -71,15 +70,14 @@ struct Coverage {
 
 }  // namespace
 
-// A line of 150 times the amplitude of its wave; its own leakage beyond what is left out is none where it
-// stands on an ordinate, for the window's lobe has its zeros at the others.
+// A line of 150 times the amplitude of its wave, on an ordinate, so that it does not leak into others.
 TEST(PsdEstimateStatistics, BinsBesideALineKeepTheirMeanAndVariance) {
   constexpr int kSamples = 256, kProfiles = 400;
   constexpr double kExponent = 2.5;
   const Eigen::MatrixXd all = profiles(kSamples, kExponent, kProfiles, "BinsBesideALine");
   for (const int line : {24, 60}) {
     const PsdEstimator estimator(even_profile(kSamples), {}, 2);
-    std::map<double, Ratio> bins;  // by lower edge: a bin may vanish
+    std::map<double, Ratio> bins;  // by lower edge, because a bin may vanish
     int found = 0;
     for (int s = 0; s < kProfiles; ++s) {
       Profile profile = even_profile(kSamples);
@@ -156,7 +154,7 @@ TEST_WITH_SHORT_FORM(PsdEstimateStatistics, IntervalsOfMapsCoverTheirShare) {
   }
 }
 
-// 4,000 samples: beyond the profiles of which every wave is sent.
+// 4,000 samples, more than the longest profile for which every wave is propagated.
 TEST_WITH_SHORT_FORM(PsdEstimateStatistics, MeansOfLongProfilesAreAsToldBySelectedWaves) {
   constexpr Eigen::Index kSamples = 4000;
   constexpr double kPitch = 1e-3;
@@ -180,7 +178,7 @@ TEST_WITH_SHORT_FORM(PsdEstimateStatistics, MeansOfLongProfilesAreAsToldBySelect
     for (int s = 0; s < profiles; ++s) {
       random.seed = std::uint64_t(s + 1);
       Profile profile = random_profile(psd, kSamples, kPitch, random);
-      profile.value += geometry.value - geometry.value;  // takes the holes over
+      profile.value += geometry.value - geometry.value;  // copies the holes
       const PsdEstimate estimate = estimator(profile);
       for (Eigen::Index b = 0; b < expected.size(); ++b)
         bins[std::size_t(b)].add(estimate.psd[b] / expected[b], 0);
@@ -195,8 +193,8 @@ TEST_WITH_SHORT_FORM(PsdEstimateStatistics, MeansOfLongProfilesAreAsToldBySelect
   }
 }
 
-// 256 x 256 points, 10 % of them lost at random. (Of 250 maps the highest bin is 0.6 % low, 4.1 standard
-// errors: that is what four directions per frequency leave.)
+// 256 x 256 points, 10 % of them removed at random. With four directions per frequency the highest bin is 0.6
+// % low, 4.1 standard errors of the mean over 250 maps.
 TEST(PsdEstimateStatistics, MeansOfALargeMapWithHolesAreAsToldBySelectedWaves) {
   constexpr Eigen::Index kSide = 256;
   constexpr double kPitch = 1e-3;
@@ -220,7 +218,7 @@ TEST(PsdEstimateStatistics, MeansOfALargeMapWithHolesAreAsToldBySelectedWaves) {
   for (int s = 0; s < kMaps; ++s) {
     random.seed = std::uint64_t(s + 1);
     HeightMap map = random_surface(psd, kSide, kSide, kPitch, random);
-    map.height += geometry.height - geometry.height;  // takes the holes over
+    map.height += geometry.height - geometry.height;  // copies the holes
     const PsdEstimate estimate = estimator(map);
     for (Eigen::Index b = 0; b < expected.size(); ++b)
       bins[std::size_t(b)].add(estimate.psd[b] / expected[b], 0);

@@ -31,8 +31,8 @@ Profile even_profile(int n) {
   return profile;
 }
 
-// Random surfaces of spectrum S1 = (f/resolution)^-exponent, sampled at the true positions: plane waves every
-// eighth of a resolution up to the Nyquist frequency with normal amplitudes. Columns are surfaces.
+// Random surfaces with S1 = (f/resolution)^-exponent, sampled at the true positions, one per column: plane
+// waves at every eighth of a resolution up to the Nyquist frequency, with normal amplitudes.
 Eigen::MatrixXd surfaces(const Profile& geometry, double resolution, double nyquist, double exponent,
                          int count, const std::string& name) {
   const int waves = int(nyquist / (resolution / 8));
@@ -51,7 +51,7 @@ Eigen::MatrixXd surfaces(const Profile& geometry, double resolution, double nyqu
   return basis * amplitude;
 }
 
-// Means, variances and neighbour covariances of the bins against what the estimator says of itself.
+// Compares means, variances and neighbour covariances of the bins with those that the estimator states.
 void expect_response_and_covariance(const Profile& geometry, double exponent, bool covariance,
                                     const std::string& name, WindowKind window = WindowKind::kHann) {
   PsdEstimatorOptions options;
@@ -75,7 +75,7 @@ void expect_response_and_covariance(const Profile& geometry, double exponent, bo
   for (Eigen::Index b = 0; b < psd.rows(); ++b) {
     worst = std::max(worst, std::abs(mean[b] - expected[b]) / std::sqrt(seen(b, b) / kSurfaces));
     const double own = first.relative_covariance(b, b);
-    // chi^2_dof: kurtosis 12/dof = 6 own, so the variance's relative standard error is sqrt((2 + 6 own)/n).
+    // chi^2_dof has kurtosis 12/dof = 6 own; relative standard error of the variance: sqrt((2 + 6 own)/n).
     const double ratio = seen(b, b) / (expected[b] * expected[b]) / own;
     worst_variance = std::max(worst_variance, std::abs(ratio - 1) / std::sqrt((2 + 6 * own) / kSurfaces));
     if (b + 1 == psd.rows()) continue;
@@ -93,8 +93,8 @@ void expect_response_and_covariance(const Profile& geometry, double exponent, bo
   ::testing::Test::RecordProperty(name + std::to_string(exponent), std::to_string(worst));
 }
 
-// Independent recomputation, plain: monomials by QR, linear interpolation onto an even grid, every Fourier
-// sum written out, bins by comparison, dof from the double sum.
+// An independent computation: monomials by QR, linear interpolation onto an even grid, direct Fourier sums,
+// bins by comparison, dof from the double sum.
 struct Plain {
   double rms_height, rms_slope, exponent;
   double rms_slope_as_slopes;  // detrended as slopes
@@ -155,7 +155,7 @@ Plain plain_estimate(const Profile& p, double from, double to) {
   for (int k = 1; 2 * k < n; ++k) {
     std::complex<double> sum = 0;
     for (Eigen::Index i = 0; i < n; ++i) sum += even[i] * turn[std::size_t((k * i) % n)];
-    // Of exp(i x / d) the trapezoid rule leaves (x/2) cot(x/2) of its integral.
+    // For exp(i x / d) the trapezoid rule gives (x/2) cot(x/2) of the integral.
     const double half = pi * k / double(n), left = half / std::tan(half);
     const double integrated = p.quantity == ProfileQuantity::kSlope ? left * left : 1;
     bins[int(std::floor(12 * std::log10(double(k)) + 0.5))].push_back(
@@ -175,7 +175,7 @@ Plain plain_estimate(const Profile& p, double from, double to) {
                     (count * count);
     }
     if (f < from || f > to) continue;
-    // psi(x) by its asymptotic series after recurrence.
+    // psi(x) by recurrence and its asymptotic series.
     double x = 1 / variance, psi = -std::log(x);
     for (; x < 20; ++x) psi -= 1 / x;
     psi += std::log(x) - 1 / (2 * x) - 1 / (12 * x * x) + 1 / (120 * std::pow(x, 4));
@@ -228,7 +228,7 @@ TEST(PsdEstimate, ResponseHoldsForOtherWindows) {
     expect_response_and_covariance(even_profile(160), 2, false, to_string(window), window);
 }
 
-// Long profiles take the selected waves: the same figures as from all waves, bin by bin, for a red spectrum.
+// For long profiles, the selected waves give the same result as all waves, bin by bin, for a red spectrum.
 TEST(PsdEstimate, ResponseOfALongProfileFollowsThePowerLaw) {
   PsdEstimatorOptions options;
   options.find_lines = false;
@@ -238,7 +238,7 @@ TEST(PsdEstimate, ResponseOfALongProfileFollowsThePowerLaw) {
     const Eigen::VectorXd expected =
         estimate.response * (estimate.node_frequency / estimate.resolution).pow(-exponent).matrix();
     for (Eigen::Index b = 20; b + 1 < estimate.psd.size(); ++b) {
-      // Mean of the power law over the bin's ordinates; smear of the window: (exponent (exponent + 1)/6)/k^2.
+      // Mean of the power law over the ordinates of a bin; the window adds (exponent (exponent + 1)/6)/k^2.
       double mean = 0, count = 0;
       for (int k = 1; k < 2000; ++k) {
         const double f = k * estimate.resolution;
@@ -249,7 +249,7 @@ TEST(PsdEstimate, ResponseOfALongProfileFollowsThePowerLaw) {
   }
 }
 
-// A red line, its pitch uneven by up to `uneven` of itself, on a bend of 100 nm.
+// A red line on a bend of 100 nm, with a pitch that varies by up to the fraction `uneven`.
 Profile made_profile(std::size_t n, ProfileQuantity quantity, double uneven) {
   std::vector<double> x = test::even_positions(n, -0.06, 5e-4);
   for (std::size_t i = 0; i < n; ++i) x[i] += uneven * 5e-4 * std::sin(1.7 * double(i * i % 97));
@@ -304,9 +304,8 @@ TEST_F(PsdEstimateOnRealData, ProfilesAgreeWithAPlainRecomputation) {
   for (const std::string& id : test::dabam_ids()) expect_a_plain_recomputation(test::load_dabam(id), id);
 }
 
-// Degree 2 off the heights reproduces most of what the owners state. It does not: 019 (0.137 for 0.06 urad:
-// their ellipse is off as well), 022 (5.32 for 5.0 urad), 025 heights (0.82 for 1.33 nm) and 094 heights
-// (1.17 for 0.17 nm; degree 6 leaves 0.18 nm).
+// Degree 2 reproduces most stated values. Exceptions: 019 (0.137 for 0.06 urad, minus an ellipse), 022 (5.32
+// for 5.0 urad), 025 heights (0.82 for 1.33 nm), 094 heights (1.17 for 0.17 nm; degree 6: 0.18 nm).
 TEST_F(PsdEstimateOnRealData, OwnersOfProfilesStateTheSameRms) {
   struct Stated {
     const char* id;

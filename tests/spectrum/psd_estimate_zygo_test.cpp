@@ -19,7 +19,7 @@ using std::numbers::pi;
 
 namespace {
 
-// Between them the rings of the table hold 50 ordinates and more, and the map is above its noise.
+// In this band the rings of the table hold at least 50 ordinates, and the map is above its noise.
 constexpr double kBandFrom = 500, kBandTo = 3000;  // [cycles/m]
 
 HeightMap zygo_map() {
@@ -28,10 +28,11 @@ HeightMap zygo_map() {
   return read_zygo(source);
 }
 
-// With rim, bites and dropouts as that one has them, and a quarter of its points.
+// A synthetic map with rim, bites and dropouts like the measured one, and a quarter of its points.
 HeightMap made_map() { return test::made_interferogram(212, 206).map; }
 
-// Plain recomputation, from the docstrings only. Heights minus 1, x, y, x^2, xy, y^2 by dense least squares.
+// What follows recomputes the estimate from the docstrings only. This function subtracts the dense
+// least-squares fit of 1, x, y, x^2, xy, y^2.
 Grid without_quadric(const Grid& z) {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> valid;
   for (Eigen::Index r = 0; r < z.rows(); ++r)
@@ -58,7 +59,7 @@ double mean_square(const std::vector<double>& values) {
   return sum / double(values.size());
 }
 
-// Invalid points that a walk over invalid points, along rows and columns, reaches from beyond the grid.
+// Marks invalid points connected to the outside of the grid by invalid points along rows and columns.
 Eigen::ArrayXXi outside_of(const Grid& z) {
   Eigen::ArrayXXi outside = Eigen::ArrayXXi::Zero(z.rows() + 2, z.cols() + 2);
   outside.row(0) = outside.row(z.rows() + 1) = 1;
@@ -80,7 +81,7 @@ struct Rectangle {
   Eigen::Index row = 0, column = 0, rows = 0, columns = 0;
 };
 
-// Every pair of first and last row, with the longest run of columns that are inside in all rows between.
+// Tries every pair of first and last row with the longest run of columns that are inside in all rows between.
 Rectangle largest_rectangle(const Eigen::ArrayXXi& outside, int* equals) {
   Rectangle best;
   for (Eigen::Index top = 0; top < outside.rows(); ++top) {
@@ -108,7 +109,7 @@ Eigen::Index cut_side(Eigen::Index n) {
   }
 }
 
-// Each hole the mean of its four neighbours, by relaxation.
+// Sets each hole point to the mean of its four neighbours, by relaxation.
 void bridge(Grid* z) {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> holes;
   for (Eigen::Index r = 0; r < z->rows(); ++r)
@@ -125,8 +126,8 @@ void bridge(Grid* z) {
     }
 }
 
-// Two-sided PSD [m^4], Hann window, every Fourier sum as a product with a dense matrix; ordinate (l, k) at
-// row l + rows/2, column k + cols/2.
+// Two-sided PSD [m^4] with the Hann window; Fourier sums are products with dense matrices. Ordinate (l, k) is
+// at row l + rows/2, column k + cols/2.
 Grid periodogram(const Grid& z, double pitch) {
   const auto hann = [](Eigen::Index n) {
     Eigen::ArrayXd w(n);
@@ -163,7 +164,7 @@ struct Line {
   double slope() const { return (s[0] * s[4] - s[1] * s[3]) / (s[0] * s[2] - s[1] * s[1]); }
 };
 
-// Logarithmic bins of the ordinates, their dof from the double sum over all pairs of a bin, the line.
+// Logarithmic bins of the ordinates, their dof from the double sum over all pairs of a bin, and the line.
 double plain_exponent(const Grid& psd, double pitch, double from, double to) {
   const double step_y = 1 / (double(psd.rows()) * pitch), step_x = 1 / (double(psd.cols()) * pitch);
   const double resolution = std::min(step_x, step_y);
@@ -205,7 +206,7 @@ double plain_exponent(const Grid& psd, double pitch, double from, double to) {
 
 PsdEstimate estimate_without_lines(const HeightMap& map) {
   PsdEstimatorOptions options;  // Hann, degree 2
-  options.find_lines = false;   // a bin then is the mean of all its ordinates
+  options.find_lines = false;   // so that a bin is the mean of all its ordinates
   return estimate_psd(map, options, 2);
 }
 
@@ -236,7 +237,7 @@ void expect_rms_of_a_plain_recomputation(const HeightMap& map, const PsdEstimate
 void expect_psd_slope_of_a_plain_recomputation(const HeightMap& map, const PsdEstimate& estimate) {
   int equals = 0;
   const Rectangle largest = largest_rectangle(outside_of(map.height), &equals);
-  ASSERT_EQ(equals, 1);  // no choice between rectangles of equal area
+  ASSERT_EQ(equals, 1);  // no other rectangle has the same area
   const Eigen::Index rows = cut_side(largest.rows), columns = cut_side(largest.columns);
   Grid z = without_quadric(map.height.block(largest.row + (largest.rows - rows) / 2,
                                             largest.column + (largest.columns - columns) / 2, rows, columns));
@@ -255,7 +256,7 @@ void expect_psd_slope_of_a_plain_recomputation(const HeightMap& map, const PsdEs
 
 }  // namespace
 
-// One estimate for both: it takes longer than all else here.
+// Both comparisons share one estimate, which takes most of the time.
 void expect_a_plain_recomputation(const HeightMap& map) {
   const PsdEstimate estimate = estimate_without_lines(map);
   expect_rms_of_a_plain_recomputation(map, estimate);
@@ -267,12 +268,11 @@ TEST(PsdEstimateOfAPart, RmsValuesAndSlopeOfThePsdAreThoseOfAPlainRecomputation)
 }
 
 TEST_F(PsdEstimateZygoOnRealData, RmsValuesAndSlopeOfThePsdAreThoseOfAPlainRecomputation) {
-  EXPECT_EQ(valid_count(zygo_map()), 136359);  // README of the map
+  EXPECT_EQ(valid_count(zygo_map()), 136359);  // from the README of the map
   expect_a_plain_recomputation(zygo_map());
 }
 
-// Another estimator altogether, that of the README of tests/data/psd-tables: a centred square, holes set to
-// zero, rings one frequency step wide.
+// Estimator of the README of tests/data/psd-tables: a centred square, zeros in holes, rings one step wide.
 TEST_F(PsdEstimateZygoOnRealData, SlopeOfThePsdIsThatOfACentredSquare) {
   const HeightMap map = zygo_map();
   const Eigen::ArrayXXi outside = outside_of(map.height);
@@ -304,7 +304,7 @@ TEST_F(PsdEstimateZygoOnRealData, SlopeOfThePsdIsThatOfACentredSquare) {
         1e3 * f <= kBandTo)
       table.add(samples, std::log(1e3 * f), std::log(1e-24 * level));
   }
-  // The estimator as it stands, search for lines included.
+  // The default estimator, including the search for lines.
   const double ours = psd_slope(estimate_psd(map, {}, 2), kBandFrom, kBandTo).exponent;
   EXPECT_NEAR(ours, -square.slope(), 0.1);
   EXPECT_NEAR(ours, -table.slope(), 0.1);

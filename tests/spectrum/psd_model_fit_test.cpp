@@ -33,8 +33,8 @@ constexpr double kPi = std::numbers::pi;
 constexpr auto kMap = PsdTableKind::k2dTwoSided;
 constexpr auto kProfile = PsdTableKind::k1dOneSided;
 
-// Bins of independent ordinates, one every f_min: as many degrees of freedom as a map or a profile has there.
-// Response: the identity. seed 0: the expectation itself.
+// Bins of independent ordinates with spacing f_min, with the degrees of freedom of a map or a profile. The
+// response is the identity. seed 0: the expectation itself.
 PsdEstimate bins(PsdTableKind kind, const Spectrum& spectrum, double f_min, double f_max, int count,
                  int seed) {
   PsdEstimate estimate;
@@ -83,7 +83,7 @@ constexpr double kLow = 10, kHigh = 3000;  // band of the cases [cycles/m]
 constexpr int kBins = 30;
 
 std::vector<Case> cases() {
-  const double disc = kPi * (kHigh * kHigh - kLow * kLow);  // area of the band in the plane of frequencies
+  const double disc = kPi * (kHigh * kHigh - kLow * kLow);  // area of the band in the frequency plane
   return {
       {"uniform map",
        PsdFamily::kUniform,
@@ -148,7 +148,7 @@ PsdFitOptions of(PsdFamily family) {
 }
 
 VectorXd some_theta(const PsdShape& shape) {
-  // Knee, exponent and levels of the order a fit meets; heights of nanometres make S as small as this.
+  // Typical knees, exponents and levels of a fit; S is so small because heights are nanometres.
   switch (shape.family) {
     case PsdFamily::kUniform:
       return VectorXd::Constant(1, -55);
@@ -180,7 +180,7 @@ TEST(PsdModelFit, ResidualDerivativesMatchDifferences) {
         PsdBand band = usable_band(estimate, 0, 0);
         const PsdShape shape{family, kind, band.f_min, band.f_max};
         const VectorXd theta = some_theta(shape);
-        // Data on the model (residual 0), near it, and apart.
+        // Data on the model (residual 0), near it, and far from it.
         const ArrayXd model = shape_values(shape, theta, band.node).value;
         for (Eigen::Index b = 0; b < model.size(); ++b)
           band.psd[b] = model[b] * std::exp(away * (b % 2 ? 1 : -2));
@@ -193,7 +193,7 @@ TEST(PsdModelFit, ResidualDerivativesMatchDifferences) {
           ceres::GradientChecker checker(residuals.get(), &none, options);
           ceres::GradientChecker::ProbeResults results;
           const double* parameters[] = {theta.data()};
-          // Ridders differences reach 1e-8 of values of order one.
+          // Ridders differences reach 1e-8 for values of order one.
           constexpr double kDifferences = 1e-7;
           EXPECT_TRUE(checker.Probe(parameters, kDifferences, &results))
               << to_string(family) << " " << away << " " << model_error << " " << results.error_log;
@@ -214,7 +214,7 @@ TEST(PsdModelFit, HalfTheSumOfSquaresIsTheWhittleLikelihood) {
     return 0.5 * r.squaredNorm() + log_likelihood;
   };
   const double a = difference(Eigen::Vector2d(-60, 2.5)), b = difference(Eigen::Vector2d(-59.5, 2.2));
-  constexpr double kRounding = 1e-12;  // of sums of some 1e6
+  constexpr double kRounding = 1e-12;  // of sums of about 1e6
   EXPECT_NEAR(a, b, kRounding * std::abs(a) * 10);
 }
 
@@ -238,9 +238,9 @@ TEST(PsdModelFit, ReportedCoordinatesHaveTheGradientsTheyClaim) {
     }
 }
 
-// The profile that is fitted is that of the surface that is reported.
+// The fitted profile is that of the reported surface.
 TEST(PsdModelFit, ProfileShapesAreTheProfilesOfTheirSurfaces) {
-  constexpr double kQuadrature = 1e-8;  // profile_psd promises 1e-9
+  constexpr double kQuadrature = 1e-8;  // documented error of profile_psd: 1e-9
   const ArrayXd f = ArrayXd::LinSpaced(5, 20, 2000);
   {
     const PsdShape shape{PsdFamily::kUniform, kProfile, kLow, kHigh};
@@ -297,12 +297,12 @@ TEST(PsdModelFit, ExpectationsGiveTheParametersBack) {
   }
 }
 
-// 500 draws a case: the standard error of a coverage is 1 %, that of a bias 0.045 of a standard error.
+// 500 realisations per case: standard errors are 1 % for a coverage, 0.045 standard errors for a bias.
 TEST(PsdModelFit, IsUnbiasedAndCoversOnChiSquaredBins) {
   constexpr int kDraws = 500;
   double covered = 0, looks = 0;
   for (const Case& c : cases()) {
-    if (c.family == PsdFamily::kTwoKCorrelations) continue;  // six numbers: asymptotics need more data
+    if (c.family == PsdFamily::kTwoKCorrelations) continue;  // six parameters: asymptotics need more data
     std::map<std::string, std::array<double, 3>> sums;
     double poor = 0;
     for (int seed = 1; seed <= kDraws; ++seed) {
@@ -324,7 +324,7 @@ TEST(PsdModelFit, IsUnbiasedAndCoversOnChiSquaredBins) {
       covered += sum[2];
       looks += kDraws;
     }
-    // p-values of right models are uniform: 5 % below 0.05, standard error 1 %.
+    // p-values of correct models are uniform: 5 % are below 0.05, with a standard error of 1 %.
     EXPECT_GT(poor, 0.02 * kDraws) << c.name;
     EXPECT_LT(poor, 0.08 * kDraws) << c.name;
   }
@@ -338,8 +338,7 @@ TEST_WITH_SHORT_FORM(PsdModelFit, ChoosesTheFamilyThatMadeTheData) {
     int right = 0;
     for (int seed = 1; seed <= draws; ++seed)
       right += fit_psd_model(bins(c.kind, c.spectrum, kLow, kHigh, kBins, seed)).family == c.family;
-    EXPECT_GE(right, 0.9 * draws)
-        << c.name;  // one needless parameter in 20 is what the criterion lets through
+    EXPECT_GE(right, 0.9 * draws) << c.name;  // the criterion accepts one unnecessary parameter in 20
   }
 }
 
@@ -347,7 +346,7 @@ TEST(PsdModelFit, KneeBelowTheBandIsNotIdentified) {
   constexpr int kDraws = 50;
   int told = 0;
   for (int seed = 1; seed <= kDraws; ++seed) {
-    // Knee at a tenth of the lowest frequency.
+    // The knee is at a tenth of the lowest frequency.
     const PsdModelFit fit = fit_psd_model(bins(kMap, knee(1e-18, 1, 2.5), kLow, kHigh, kBins, seed),
                                           of(PsdFamily::kKCorrelation));
     const PsdParameter& B = parameter(fit, "B");
@@ -377,7 +376,7 @@ TEST(PsdModelFit, KneeAboveTheBandIsNotIdentified) {
       EXPECT_TRUE(std::isnan(exponent.value));
       EXPECT_TRUE(warns(fit, "not-identified"));
     }
-    EXPECT_GE(told, 0.85 * kDraws);  // of 95 % and, for profiles, a second look
+    EXPECT_GE(told, 0.85 * kDraws);  // 95 % and, for profiles, a second test
   }
 }
 
@@ -392,7 +391,7 @@ TEST(PsdModelFit, FloorThatIsNotThereIsBoundedFromAbove) {
     ++told;
     EXPECT_EQ(floor.lower, 0);
     EXPECT_GT(floor.upper, 0);
-    // Below the power law at the end of the band.
+    // The bound is below the power law at the end of the band.
     EXPECT_LT(floor.upper, std::sqrt(1e-20 * std::pow(kHigh, -2.5) * kPi * kHigh * kHigh));
   }
   EXPECT_GE(told, 0.9 * kDraws);
@@ -444,8 +443,8 @@ TEST(PsdModelFit, TheFloorOfAProfileIsNotPartOfTheSurface) {
               1e-12 * parameter(fit, "rms").value);
 }
 
-// exp(0.3 w(log f)), w a Gaussian process of unit variance and correlation exp(-x^2 / (2 l^2)), l = 0.3:
-// bumps about a third of a decade wide. Bins of 4000 degrees of freedom: sampling errors of 2 %.
+// exp(0.3 w(log f)), where w is a Gaussian process of unit variance and correlation exp(-x^2 / (2 l^2)), l =
+// 0.3: bumps about a third of a decade wide. Bins have 4000 degrees of freedom, sampling errors of 2 %.
 constexpr double kWiggle = 0.3;
 PsdEstimate wiggly_bins(PsdTableKind kind, const Spectrum& spectrum, int seed) {
   constexpr double kLength = 0.3, kFreedom = 4000;
@@ -470,7 +469,7 @@ PsdEstimate wiggly_bins(PsdTableKind kind, const Spectrum& spectrum, int seed) {
   return estimate;
 }
 
-// 200 draws: the standard error of a coverage of 95 % is 1.5 %.
+// 200 realisations: the standard error of a coverage of 95 % is 1.5 %.
 TEST(PsdModelFit, IntervalsAllowForSmoothModelError) {
   constexpr int kDraws = 200;
   for (const PsdTableKind kind : {kMap, kProfile}) {
@@ -503,7 +502,7 @@ TEST(PsdModelFit, IntervalsAllowForSmoothModelError) {
       EXPECT_GE(covered[p], 0.90 * kDraws);
       EXPECT_LT(before[p], 0.50 * kDraws);
     }
-    // The spread of tau over draws is some 20 %; the curve takes a little of the wiggle.
+    // tau varies by about 20 % between realisations, and the curve absorbs a little of the model error.
     EXPECT_NEAR(tau, kWiggle, 0.05);
   }
 }
@@ -524,12 +523,12 @@ TEST(PsdModelFit, DataThatAFamilyDescribesNeedNoModelError) {
 
 using PsdModelFitOnRealData = test::DabamOnRealData;
 
-// A mirror's profile that no family describes. Bins of a few degrees of freedom scatter by factors of chance.
+// A profile that no family describes. Bins of a few degrees of freedom scatter by large factors by chance.
 TEST_F(PsdModelFitOnRealData, ProfileIsFollowedInAllDecades) {
   const PsdEstimate estimate = estimate_psd(read_dabam(file("dabam-071.txt")).front(), {});
   const PsdModelFit fit = fit_psd_model(estimate);
   EXPECT_TRUE(warns(fit, "poor-fit"));
-  EXPECT_GT(fit.model_error, 0.5);  // up to where the instrument ends, 1.1 /mm
+  EXPECT_GT(fit.model_error, 0.5);  // up to the end of the instrument, 1.1 /mm
   double worst = 0, square = 0, many = 0;
   int count = 0;
   for (Eigen::Index b = 0; b < estimate.psd.size(); ++b) {
@@ -548,8 +547,8 @@ TEST_F(PsdModelFitOnRealData, ProfileIsFollowedInAllDecades) {
   EXPECT_LT(std::exp(std::sqrt(square / count)), 4);
 }
 
-// Two knees, one below the band and one at 120 /m: in these draws the likelihood's own descents end far from
-// both. With the lowest bins, which may be taken for those of a shape.
+// Two knees, one below the band and one at 120 /m. For these seeds, descents of the likelihood alone end far
+// from both. The lowest bins are included, although they may be leakage of a shape.
 TEST(PsdModelFit, SecondStartFindsTwoKnees) {
   const Spectrum two = [](double f) { return knee(9.4e-14, 8, 4.63)(f) + knee(1.25e-20, 0.0083, 5.42)(f); };
   for (const std::uint64_t seed : {9u, 20u, 24u}) {
@@ -569,7 +568,7 @@ TEST(PsdModelFit, SecondStartFindsTwoKnees) {
   }
 }
 
-// The same of a real profile, with the lowest bins, into which its figure leaks.
+// The same for a real profile, including the lowest bins, into which its figure leaks.
 TEST_F(PsdModelFitOnRealData, SecondStartFindsTwoKnees) {
   PsdFitOptions all;
   all.f_min = 1e-3;
@@ -586,7 +585,7 @@ TEST(PsdModelFit, SpeaksPlainly) {
   EXPECT_EQ(fit.message.find("settled after "), 0);
   EXPECT_EQ(to_string(PsdFamily::kPowerLawAndFloor), "power-law-and-floor");
   EXPECT_EQ(to_string(PsdFamily::kKCorrelationAndFloor), "k-correlation-and-floor");
-  // A knee at the end of the band: what is beyond falls steeply, and no more is known of it.
+  // With a knee at the end of the band, the PSD falls steeply beyond it, and only a bound is known.
   const PsdModelFit bounded = fit_psd_model(bins(kMap, knee(1e-24, 1 / 2500., 20), kLow, kHigh, kBins, 1));
   bool said = false;
   for (const Warning& warning : bounded.warnings) {

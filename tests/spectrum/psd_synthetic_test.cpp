@@ -15,7 +15,7 @@
 #include "aberfit/spectrum/psd_model_fit.h"
 #include "spectrum/random_line.h"
 
-// The whole way of a measurement: a random surface of known PSD, its estimate, the fit.
+// The complete processing of a measurement: a random surface of known PSD, its estimate, the fit.
 
 namespace aberfit {
 namespace {
@@ -27,7 +27,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kAllSurfaces = 500, kFewSurfaces = 25;
 constexpr Index kRows = 120, kColumns = 128, kPoints = 2048;
 constexpr double kPitch = test::kLinePitch;  // [m]: 0.5 to 500 cycles/m
-// 120 cycles/m is no ordinate of the maps nor of the profiles.
+// 120 cycles/m is not an ordinate of the maps or the profiles.
 constexpr double kLineFrequency = 120.3, kAngle = 0.3;
 constexpr double kStrength = 10;  // amplitude over the RMS of the continuum in the bin around it
 constexpr double kHoleShare = 0.1;
@@ -39,9 +39,9 @@ const char* const kConditionNames[] = {"clean", "10 % holes", "one line"};
 struct Model {
   std::string name;
   PsdFamily family;
-  PsdModel roughness;                   // first part of a sum: what is reported as rms; second: the floor
+  PsdModel roughness;                   // the first part of a sum is reported as rms, the second is the floor
   std::function<double(double)> along;  // profiles: one-sided S1 [m^3], in closed form
-  std::map<std::string, double> truth;  // besides the RMS values, which depend on the band used
+  std::map<std::string, double> truth;  // apart from the RMS values, which depend on the band used
   bool profile() const { return bool(along); }
 };
 
@@ -90,7 +90,7 @@ double line_amplitude(const Model& model) {
   return kStrength * std::sqrt(variance);
 }
 
-// Profiles and maps alike: draw, spoil, estimate.
+// Profiles and maps have the same interface: create, spoil, estimate.
 struct ProfileWay {
   using Data = Profile;
   static Data draw(const Model& model, int seed) {
@@ -111,7 +111,7 @@ struct MapWay {
     options.seed = std::uint64_t(seed) + 10000;
     options.oversize = 2;
     options.scales = model.family == PsdFamily::kPowerLaw ? 3 : 1;
-    // Four numbers need a wider band for the asymptotics to hold.
+    // Four parameters need a wider band for the asymptotics to hold.
     const Index more = model.family == PsdFamily::kKCorrelationAndFloor ? 64 : 0;
     return random_surface(RadialPsd(model.roughness), kRows + more, kColumns + more, kPitch, options);
   }
@@ -140,7 +140,7 @@ Fits fits_of(const Model& model, int surfaces) {
         if (holes.uniform(std::uint64_t(i)) < kHoleShare)
           Way::values(data)[i] = std::numeric_limits<double>::quiet_NaN();
   };
-  // One geometry a condition: the estimators are made once.
+  // There is one geometry per condition, so each estimator is made once.
   std::vector<PsdEstimator> estimators;
   for (const Condition condition : kConditions) {
     typename Way::Data data = Way::draw(model, 0);
@@ -158,7 +158,7 @@ Fits fits_of(const Model& model, int surfaces) {
       spoil(kConditions[c], RandomStream(s + 1, "psd-synthetic phase"), &data);
       const PsdEstimate estimate = estimators[c](data);
       fits[c][s] = fit_psd_model(estimate, options);
-      // Holds the line condition to its name.
+      // Ensures that the line condition has a line.
       if (kConditions[c] == Condition::kLine && estimate.lines.empty())
         fits[c][s].warnings.push_back({"no-line", ""});
     }
@@ -166,7 +166,7 @@ Fits fits_of(const Model& model, int surfaces) {
   return fits;
 }
 
-// What the truth is of a fit's parameters, in the band it used.
+// True values of the parameters of a fit, in its band.
 std::map<std::string, double> truth_of(const Model& model, const PsdModelFit& fit) {
   std::map<std::string, double> truth = model.truth;
   const auto rms = [&](const PsdModel& part) {
@@ -181,9 +181,9 @@ std::map<std::string, double> truth_of(const Model& model, const PsdModelFit& fi
   return truth;
 }
 
-// 500 surfaces a model: sampling error of a coverage 1 %, of a bias 0.045 standard errors. The conditions
-// share their surfaces, so the pooled coverage (7,500 looks, correlated within a surface) is known to 0.4 %.
-// With fewer surfaces every tolerance is wider by the square root of their ratio.
+// With 500 surfaces per model the sampling error of a coverage is 1 %, of a bias 0.045 standard errors. The
+// conditions share their surfaces, so the pooled coverage (7,500 intervals, correlated within a surface) is
+// known to 0.4 %. With fewer surfaces every tolerance is larger by the square root of their ratio.
 void expect_unbiased_fits_and_covering_intervals(int surfaces) {
   const double wider = std::sqrt(double(kAllSurfaces) / surfaces);
   double covered = 0, looks = 0, poor = 0, fitted = 0;
@@ -223,8 +223,7 @@ void expect_unbiased_fits_and_covering_intervals(int surfaces) {
         EXPECT_EQ(sum.n, surfaces) << where;
         EXPECT_LT(std::abs(bias), wider * 0.2 * se) << where;
         EXPECT_GE(coverage, 0.95 - wider * 0.04) << where;
-        // Of a hundred surfaces all may be covered by chance; the pooled bound below holds intervals that are
-        // too wide.
+        // A hundred surfaces may all be covered by chance; the pooled bound below detects too wide intervals.
         if (surfaces >= 500) {
           EXPECT_LE(coverage, 0.98) << where;
         }
@@ -236,8 +235,7 @@ void expect_unbiased_fits_and_covering_intervals(int surfaces) {
              100 * poor / fitted);
   EXPECT_GE(covered / looks, 0.95 - wider * 0.01);
   EXPECT_LE(covered / looks, 0.95 + wider * 0.01);
-  // Right models are seldom called poor: 1 % of p-values below 0.01, twice that allowed for bins that are not
-  // quite normal scores.
+  // 1 % of correct p-values are below 0.01; twice that is allowed, because scores are not exactly normal.
   EXPECT_LT(poor / fitted, 0.02);
 }
 
@@ -245,7 +243,7 @@ TEST(PsdSynthetic, FitsAreUnbiasedAndIntervalsCoverCleanWithHolesAndWithALine) {
   expect_unbiased_fits_and_covering_intervals(kFewSurfaces);
 }
 
-// Minutes: only with `ctest -C statistics -L statistics`.
+// Takes minutes: only with `ctest -C statistics -L statistics`.
 TEST(FullStatistics, PsdFitsAreUnbiasedAndIntervalsCoverCleanWithHolesAndWithALine) {
   expect_unbiased_fits_and_covering_intervals(kAllSurfaces);
 }

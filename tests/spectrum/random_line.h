@@ -16,7 +16,7 @@ inline constexpr double kLinePitch = 1e-3;  // [m]: 1 to 500 cycles/m
 
 using Spectrum = std::function<double(double)>;  // one-sided [m^3]
 
-// An eighth of a periodic line of independent Gaussian ordinates: its heights, or its slopes, each exact.
+// An eighth of a periodic line of independent Gaussian ordinates, as exact heights or exact slopes.
 inline Profile random_line(const Spectrum& spectrum, ProfileQuantity quantity, Eigen::Index points,
                            const RandomStream& stream) {
   constexpr int kOversize = 8;

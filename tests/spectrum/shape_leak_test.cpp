@@ -1,5 +1,5 @@
-// A figure that detrending leaves leaks into the lowest bins: random profiles and maps of known PSD with and
-// without a cubic or a quartic of many times their height.
+// A figure left by detrending leaks into the lowest bins. Tests random profiles and maps of known PSD, with
+// and without a cubic or a quartic of many times their height.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ Spectrum falling(double exponent) {
   return [=](double f) { return 1e-15 * std::pow(f, -exponent); };
 }
 
-// Legendre polynomial of degree 3 or 4 with `times` the RMS of the detrended line, in what the line measures.
+// Adds a Legendre polynomial of degree 3 or 4 with `times` the RMS of the line, in the line's quantity.
 Profile with_figure(const Profile& line, int degree, double times) {
   const ArrayXd t = 2 * (line.x - line.x[0]) / (line.x.tail(1)[0] - line.x[0]) - 1;
   const double per_x = 2 / (line.x.tail(1)[0] - line.x[0]);
@@ -47,7 +47,6 @@ Profile with_figure(const Profile& line, int degree, double times) {
   return result;
 }
 
-// Share of clean lines with an alarm.
 double alarms(int lines, double exponent, ProfileQuantity quantity, int degree) {
   PsdEstimatorOptions options;
   options.detrend.degree = degree;
@@ -73,10 +72,10 @@ void expect_silence(int lines) {
   EXPECT_LT(sum / looks, 0.01);
 }
 TEST(ShapeLeak, IsNotSeenWhereThereIsNone) { expect_silence(20); }
-// Minutes: only with `ctest -C statistics -L statistics`.
+// Takes minutes: only with `ctest -C statistics -L statistics`.
 TEST(FullStatistics, ShapeLeakIsNotSeenWhereThereIsNone) { expect_silence(1000); }
 
-// Above the edge the bins are those of the same line without the figure.
+// Above the edge the bins equal those of the same line without the figure.
 TEST_WITH_SHORT_FORM(ShapeLeak, IsSaidAndWhatLiesAboveIsRight) {
   constexpr int kLines = 12;
   for (const ProfileQuantity quantity : {ProfileQuantity::kHeight, ProfileQuantity::kSlope})

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kSamples = 256, kWaves = 4 * kSamples / 2;
 
-// Red profiles, S1 = (f/resolution)^-2.5 [m^3]: columns.
+// Red profiles with S1 = (f/resolution)^-2.5 [m^3], one per column.
 Eigen::MatrixXd red_profiles(int count, const std::string& name) {
   Eigen::MatrixXd basis(kSamples, 2 * kWaves), amplitude(2 * kWaves, count);
   for (int w = 0; w < kWaves; ++w) {
@@ -50,7 +50,7 @@ TEST(SpectralLines, FalseAlarmsAreRare) {
   const PsdEstimator estimator(profile_of(Eigen::ArrayXd::Zero(kSamples)), {});
   int alarms = 0;
   for (int s = 0; s < kSpectra; ++s) alarms += !estimator(profile_of(all.col(s))).lines.empty();
-  EXPECT_LE(alarms, 3);  // at most 1e-3 per spectrum: more than 3 in 1,000 happens in 2 % of tests
+  EXPECT_LE(alarms, 3);  // at most 1e-3 per spectrum; more than 3 in 1,000 occur in 2 % of tests
 }
 
 TEST(SpectralLines, ASineIsFoundWithItsFrequencyAndAmplitude) {
@@ -62,7 +62,7 @@ TEST(SpectralLines, ASineIsFoundWithItsFrequencyAndAmplitude) {
     ASSERT_EQ(estimate.lines.size(), 1u) << u;
     EXPECT_NEAR(estimate.lines[0].frequency, u / kSamples, 0.2 / kSamples);
     EXPECT_NEAR(estimate.lines[0].rms / (amplitude / std::sqrt(2)), 1, 0.02) << u;
-    // The bins are those of the surface without the line.
+    // The bins equal those of the surface without the line.
     PsdEstimatorOptions keep;
     keep.find_lines = false;
     const PsdEstimate clean = estimate_psd(profile_of(red), keep);

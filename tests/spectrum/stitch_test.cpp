@@ -38,7 +38,7 @@ TEST(Stitch, BinsKeepLevelResponseAndCovariance) {
     EXPECT_GE(both.node_frequency[b], both.node_frequency[b - 1]);
   EXPECT_DOUBLE_EQ(both.frequency[0], coarse.frequency[0]);
   EXPECT_DOUBLE_EQ(both.frequency.tail(1)[0], fine.frequency.tail(1)[0]);
-  // A constant spectrum comes out of each bin as out of its own band.
+  // A constant spectrum gives each bin the level of its own band.
   const Eigen::VectorXd level = both.response * Eigen::VectorXd::Ones(both.node_frequency.size());
   EXPECT_NEAR(level[0], coarse.response.row(0).sum(), 1e-12);
   EXPECT_NEAR(level.tail(1)[0], fine.response.row(fine.psd.size() - 1).sum(), 1e-12);
@@ -46,7 +46,7 @@ TEST(Stitch, BinsKeepLevelResponseAndCovariance) {
   EXPECT_EQ(both.relative_covariance(0, both.psd.size() - 1), 0);
 }
 
-// What an instrument filtered off neither stays nor beats what another has seen there.
+// Bins that an instrument has filtered are dropped and do not displace those of another instrument.
 TEST(Stitch, BinsBeyondTheEndOfAnInstrumentAreLeftOut) {
   PsdEstimate coarse = white(4000, 1e-3, 1, "coarse");
   const PsdEstimate fine = white(400, 1e-4, 1, "fine");

@@ -1,5 +1,4 @@
-// What is printed, written and drawn of a measurement: the surface's PSD and a drawing's line, from random
-// profiles of known PSD, sampled as heights or as slopes.
+// Tests surface PSDs and drawing lines from random profiles of known PSD, sampled as heights or slopes.
 #include "aberfit/spectrum/surface_psd.h"
 
 #include <fmt/format.h>
@@ -25,7 +24,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kPitch = test::kLinePitch;
 constexpr int kFewProfiles = 100, kAllProfiles = 500;
 const std::size_t kFewScenes[] = {
-    2, 3};  // the steepest line and the knee, each day one by heights, one by slopes
+    2, 3};  // the steepest line and the knee, one tested with heights and one with slopes
 
 struct Moments {
   double mean = 0, deviation = 0;
@@ -41,7 +40,7 @@ Moments moments(const std::vector<double>& values) {
 struct Scene {
   std::string name;
   Spectrum spectrum;
-  double exponent = NAN;  // of the line, where there is one
+  double exponent = NAN;  // of the line, if there is one
 };
 std::vector<Scene> scenes() {
   std::vector<Scene> all;
@@ -53,8 +52,8 @@ std::vector<Scene> scenes() {
   return all;
 }
 
-// Bias over the standard error of one profile, and covered shares. wider: how far a mean of so few profiles
-// may lie beyond the bounds that 500 keep. Heights of one scene and slopes of another, or all.
+// Prints bias over the standard error of one profile, and coverage. wider: extra tolerance for few profiles.
+// These use heights of one scene and slopes of another.
 void expect_surface(int profiles, double wider) {
   for (const ProfileQuantity quantity : {ProfileQuantity::kHeight, ProfileQuantity::kSlope})
     for (const Scene& scene :
@@ -86,7 +85,7 @@ void expect_surface(int profiles, double wider) {
       }
       fmt::print("{:24} bins: bias {:.2f} standard errors at most, covered {:.3f}\n", where, worst,
                  covered / looks);
-      EXPECT_LT(worst, 0.2 + wider * 0.25) << where;  // the largest of some thirty
+      EXPECT_LT(worst, 0.2 + wider * 0.25) << where;  // the largest of about thirty
       EXPECT_GE(covered / looks, 0.94) << where;
       EXPECT_LE(covered / looks, 0.97) << where;
       if (!std::isfinite(scene.exponent)) continue;
@@ -107,7 +106,7 @@ void expect_surface(int profiles, double wider) {
 
 TEST(SurfacePsd, BinsAndLineAreTheSurfacesForHeightsAndSlopes) { expect_surface(kFewProfiles, 1); }
 
-// Minutes: only with `ctest -C statistics -L statistics`.
+// Takes minutes: only with `ctest -C statistics -L statistics`.
 TEST(FullStatistics, BinsAndLineAreTheSurfacesForHeightsAndSlopes) { expect_surface(kAllProfiles, 0); }
 
 TEST(SurfacePsd, LeavesOutWhatIntegrationOfSlopesDoesNotLet) {
@@ -121,7 +120,7 @@ TEST(SurfacePsd, LeavesOutWhatIntegrationOfSlopesDoesNotLet) {
 
 TEST(DrawingLine, OfWhatIsNoLineSaysSoWithItsFactor) {
   constexpr int kLines = 8;
-  double off = 0;  // the factor itself is of one draw, and may be 1 by chance
+  double off = 0;  // averaged, because the factor of one realisation may be 1 by chance
   for (int seed = 1; seed <= kLines; ++seed) {
     const Profile profile = random_line([](double f) { return 1e-18 / std::pow(1 + f * f / 3600, 3); },
                                         ProfileQuantity::kHeight, seed);
@@ -135,8 +134,7 @@ TEST(DrawingLine, OfWhatIsNoLineSaysSoWithItsFactor) {
   EXPECT_TRUE(drawing_line(straight, 2, 400).describes);
 }
 
-// Closed form: A / f^3 from f1 to f2 has the variance A (f1^-2 - f2^-2) / 2 and the mean square slope
-// (2 pi)^2 A log(f2 / f1).
+// A / f^3 from f1 to f2 has the variance A (f1^-2 - f2^-2) / 2 and mean square slope (2 pi)^2 A log(f2 / f1).
 TEST(SurfacePsd, RmsInABandIsThatOfThePowerLaw) {
   SurfacePsd surface;
   const Eigen::ArrayXd edge = Eigen::ArrayXd::LinSpaced(2001, std::log(10.0), std::log(200.0)).exp();
@@ -150,7 +148,7 @@ TEST(SurfacePsd, RmsInABandIsThatOfThePowerLaw) {
   EXPECT_NEAR(rms_in_band(surface, PsdTableKind::k1dOneSided, true, 0, 1e9).height, 2 * rms.height, 1e-15);
 }
 
-// A band may end inside a bin, and adjoining bands add in squares to the whole.
+// A band may end inside a bin, and the squares of adjoining bands add up to the whole.
 TEST(SurfacePsd, BandsThatEndInsideBinsAreExactForAPowerLawAndAddUp) {
   SurfacePsd surface;
   const Eigen::ArrayXd edge = Eigen::ArrayXd::LinSpaced(13, std::log(10.0), std::log(100.0)).exp();
@@ -180,7 +178,7 @@ TEST(SurfacePsd, BandsThatEndInsideBinsAreExactForAPowerLawAndAddUp) {
   EXPECT_EQ(band_content(surface, PsdTableKind::k1dOneSided, {"fine", 200, 300}).to, 0);
 }
 
-// The band's share of known spectra, from random lines: edges between the bins'.
+// The band's fraction of known spectra, from random lines; the band ends inside bins.
 TEST_WITH_SHORT_FORM(SurfacePsd, RmsInABandIsThatOfTheEnsemble) {
   const Spectrum spectrum = scenes()[1].spectrum;  // 1e-15 f^-3
   const int lines = whole ? 60 : 20;
@@ -197,8 +195,7 @@ TEST_WITH_SHORT_FORM(SurfacePsd, RmsInABandIsThatOfTheEnsemble) {
   EXPECT_NEAR(model, 1, 0.05 * std::sqrt(60.0 / lines));
 }
 
-// Bins of G = 2e-15 f^-2.5 from 100 to 1000 /m; the band that was asked for begins below them, where nothing
-// is known.
+// Bins of G = 2e-15 f^-2.5 from 100 to 1000 /m; the requested band starts below them.
 TEST(LineAsMeasured, HasTheMomentsOfItsBinsWhereThereAreBins) {
   constexpr Index kBins = 24;
   SurfacePsd surface;
@@ -216,7 +213,7 @@ TEST(LineAsMeasured, HasTheMomentsOfItsBinsWhereThereAreBins) {
   EXPECT_NEAR(line.amplitude / 2e-15, 1, 1e-5);
   EXPECT_NEAR(line.f_min, 100, 1e-9);
   EXPECT_NEAR(line.f_max, 1000, 1e-9);
-  surface.psd[0] *= 4;  // one bin of chance: more height, and a steeper line for the same slope
+  surface.psd[0] *= 4;  // one bin too high by chance: more height, and a steeper line for the same slope
   EXPECT_GT(line_as_measured(surface, PsdTableKind::k1dOneSided, 10, 1000).exponent, 2.6);
 }
 

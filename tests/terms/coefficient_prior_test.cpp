@@ -57,9 +57,9 @@ TEST(CoefficientPrior, CarriesTheCovarianceOfEveryPairOfTerms) {
 }
 
 TEST(CoefficientPrior, DrawsHaveItsCovariance) {
-  // 20000 seeds. An entry of the sample covariance has variance (C_jj C_kk + C_jk^2)/N; all 18*19/2 = 171
-  // entries within 4.9 standard errors, which chance breaks once in 6000 seeds sets (Gaussian tail 1e-6
-  // each).
+  // 20000 seeds. An entry of the sample covariance has the variance (C_jj C_kk + C_jk^2)/N. All 18*19/2 = 171
+  // entries must be within 4.9 standard errors, which fails by chance for one in 6000 sets of seeds (Gaussian
+  // tail 1e-6 each).
   const RadialPsd psd(UniformPsd{1e-7, 2.5, 19.96});
   const TermSet terms = zernikes(2, 5);
   const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
@@ -83,12 +83,12 @@ TEST(CoefficientPrior, DrawsHaveItsCovariance) {
 
 TEST(CoefficientPrior, AgreesWithRandomPhaseSurfacesProjectedOnTheTerms) {
   // Second method: single plane waves of random direction, phase and frequency (uniform over the band's
-  // area), projected on the modes by polar quadrature; the mean of products over waves times 2 sigma^2 cos^2
-  // is the covariance. All 6 pairs of n = 2, 4, 6 at m = 2 within 4.9 standard errors.
+  // area), projected on the modes by polar quadrature. The mean of products over waves times 2 sigma^2 cos^2
+  // is the covariance. All 6 pairs of n = 2, 4, 6 at m = 2 must be within 4.9 standard errors.
   const double radius = 0.2, sigma = 1e-7, f_min = 2.5, f_max = 8.0;
   const int waves = 4000, rings = 40, angles = 64;
   const RandomStream stream(17, "AgreesWithRandomPhaseSurfacesProjectedOnTheTerms");
-  const auto radial = [](int n, double s) {  // R_n^2 in s = rho^2 by its polynomial
+  const auto radial = [](int n, double s) {  // polynomial of R_n^2 in s = rho^2
     if (n == 2) return s;
     if (n == 4) return s * (4 * s - 3);
     return s * (15 * s * s - 20 * s + 6);
@@ -101,8 +101,7 @@ TEST(CoefficientPrior, AgreesWithRandomPhaseSurfacesProjectedOnTheTerms) {
     const double fx = f * std::cos(2 * pi * v), fy = f * std::sin(2 * pi * v);
     Eigen::Vector3d a = Eigen::Vector3d::Zero();
     for (int i = 0; i < rings; ++i) {
-      // Simpson-free: the composite two-point Gauss rule in s = rho^2, error h^4/4320 of the fourth
-      // derivative, below 1e-5 here.
+      // Composite two-point Gauss rule in s = rho^2: error h^4/4320 of the fourth derivative, below 1e-5.
       for (const double g : {-0.5 / std::sqrt(3.0), 0.5 / std::sqrt(3.0)}) {
         const double s = (i + 0.5 + g) / rings, rho = std::sqrt(s);
         double harmonic = 0;
@@ -128,7 +127,7 @@ TEST(CoefficientPrior, AgreesWithRandomPhaseSurfacesProjectedOnTheTerms) {
       }
       const double error = std::sqrt((square - mean * mean) / waves);
       EXPECT_LT(std::abs(mean - truth(p, q)), 4.9 * error) << p << q;
-      EXPECT_LT(error, 0.1 * std::sqrt(truth(p, p) * truth(q, q)));  // the test can see what it claims
+      EXPECT_LT(error, 0.1 * std::sqrt(truth(p, p) * truth(q, q)));  // shows that the test has enough waves
     }
 }
 
@@ -138,7 +137,7 @@ TEST(CoefficientPrior, WhitenUndoesColour) {
   terms.fourier = fourier_modes(psd.band(21 / (2 * pi * 0.2), kInf), 30, 3);
   const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
   const Eigen::VectorXd x = draw_white(prior.size(), 5);
-  // The blocks' condition (correlations) is below 1e3 here, so 1e-10 leaves room for 1e3 eps sqrt(condition).
+  // The condition of the blocks is below 1e3, so 1e-10 leaves room for 1e3 eps sqrt(condition).
   EXPECT_LT((prior.whiten(prior.colour(x)) - x).cwiseAbs().maxCoeff(), 1e-10);
   const Eigen::VectorXd g = draw_white(prior.size(), 6);
   EXPECT_NEAR(g.dot(prior.colour(x)), prior.colour_transpose(g).dot(x),
@@ -146,8 +145,8 @@ TEST(CoefficientPrior, WhitenUndoesColour) {
 }
 
 TEST(CoefficientPrior, RankDeficientBlocksStillColourAndWhiten) {
-  // 2 pi R f_max = 5 but n to 40: the high orders are the same few waves. Whitening is a least-squares
-  // inverse: colouring it again gives c back.
+  // 2 pi R f_max = 5 but n goes to 40, so the high orders are combinations of few waves. Whitening is a
+  // least-squares inverse, and colouring its result gives c back.
   const RadialPsd psd(UniformPsd{1e-7, 2.5, 4.0});
   const TermSet terms = zernikes(0, 40);
   const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
@@ -155,7 +154,7 @@ TEST(CoefficientPrior, RankDeficientBlocksStillColourAndWhiten) {
   const Eigen::VectorXd x = draw_white(prior.size(), 1);
   const Eigen::VectorXd c = prior.colour(x), white = prior.whiten(c), again = prior.colour(white);
   ASSERT_TRUE(c.allFinite() && white.allFinite());
-  EXPECT_LE(white.norm(), x.norm() * (1 + 1e-6));  // the shortest solution
+  EXPECT_LE(white.norm(), x.norm() * (1 + 1e-6));  // it is the shortest solution
   double worst = 0;
   for (Eigen::Index i = 0; i < c.size(); ++i)
     if (deviation[i] > 0) worst = std::max(worst, std::abs(again[i] - c[i]) / deviation[i]);
@@ -186,8 +185,7 @@ TEST(CoefficientPrior, SplitsThePsdBetweenZernikeAndFourierTerms) {
 }
 
 TEST(SphericalPriorBlock, GivesOrthonormalCombinationsOfTheWantedRms) {
-  // <h^2> of a coloured surface by quadrature over rho: rms^2 for every unit white vector, and cross products
-  // vanish.
+  // <h^2> by quadrature over rho is rms^2 for every unit white vector; cross products vanish.
   TermSet terms{0.2, {}, {}, {4, 6, 8, 10, 12}};
   const auto block = spherical_prior_block(terms, 3e-8);
   const Quadrature disc =
@@ -199,7 +197,7 @@ TEST(SphericalPriorBlock, GivesOrthonormalCombinationsOfTheWantedRms) {
     const Eigen::VectorXd height = block.factor.transpose() * power;
     product += disc.weights[i] * height * height.transpose();
   }
-  // The Gram matrix of these powers has condition 1e7: 1e7 eps, largest seen 2e-10.
+  // The Gram matrix of these powers has the condition 1e7: bound 1e7 eps, largest error 2e-10.
   EXPECT_LT((product / 9e-16 - Eigen::MatrixXd::Identity(5, 5)).cwiseAbs().maxCoeff(), 2e-9);
   EXPECT_EQ(block.index, (std::vector<Eigen::Index>{0, 1, 2, 3, 4}));
 }
@@ -228,8 +226,8 @@ TEST(FourierModes, FillTheHalfPlaneOfTheBand) {
 }
 
 TEST(FourierModes, RingsMeetHalfwayInTheLogarithmOfTheirFrequency) {
-  // Level from 5 to 80 /m: the variance of a ring is its share of the area, edges at sqrt(10 40) = 20 /m and
-  // sqrt(40 62.5) = 50 /m. Two waves of one frequency share their ring.
+  // Constant from 5 to 80 /m: the variance of a ring is its fraction of the area, with edges at sqrt(10 40) =
+  // 20 /m and sqrt(40 62.5) = 50 /m. Two waves of one frequency divide their ring.
   const RadialPsd psd(UniformPsd{1e-7, 5, 80});
   const TermSet terms{0.2, {}, {{0, 40}, {62.5, 0}, {6, 8}, {24, 32}}, {}};
   const Eigen::VectorXd variance =
@@ -241,8 +239,7 @@ TEST(FourierModes, RingsMeetHalfwayInTheLogarithmOfTheirFrequency) {
 }
 
 TEST(FourierModes, SurfaceVarianceOverADiscIsTheHeightVarianceOnAverage) {
-  // Mean over points and seeds of h^2. h^2 of one seed and point has variance 2 sigma^4; points 2 m apart
-  // count as independent.
+  // Mean of h^2 over points and seeds; its variance is 2 sigma^4 each. Points 2 m apart are independent.
   const RadialPsd psd(UniformPsd{1e-7, 5, 40});
   const int seeds = 400, points = 10;
   double mean = 0;
@@ -272,5 +269,5 @@ TEST(FourierModes, DirectionsOfLogRingsAreIsotropic) {
     s += std::sin(angle) / 987;
   }
   EXPECT_LT(std::hypot(c, s),
-            5.0 / 987);  // golden-angle points leave a bounded sum, random ones 1/sqrt(987) = 0.03
+            5.0 / 987);  // the sum is bounded for golden-angle points, 1/sqrt(987) = 0.03 for random ones
 }

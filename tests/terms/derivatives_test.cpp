@@ -17,10 +17,9 @@ using std::numbers::pi;
 namespace {
 
 using Exact = boost::multiprecision::cpp_bin_float_100;
-constexpr double kExpansion = 1e-11;  // of the largest value, as the header promises
+constexpr double kExpansion = 1e-11;  // relative to the largest value, from the header
 
-// d2Z/dxdy on the unit disc with 100 digits: Z = norm u q(t), u = Re or Im (x + iy)^m, t = x^2 + y^2, q the
-// sum of factorials.
+// d2Z/dxdy with 100 digits: Z = norm u q(t), u = Re or Im (x + iy)^m, t = x^2 + y^2, q the factorial sum.
 Exact exact_cross(ZernikeMode mode, double px, double py) {
   const int m = std::abs(mode.m), n = mode.n, k = (n - m) / 2;
   const Exact x = px, y = py, t = x * x + y * y;
@@ -37,7 +36,7 @@ Exact exact_cross(ZernikeMode mode, double px, double py) {
     if (p >= 1) q1 += a * p * (p >= 2 ? power * t : Exact(1));
     if (p >= 2) q2 += a * p * (p - 1) * power;
   }
-  // Powers of w = x + iy; w^j for j < 0 is multiplied by 0.
+  // Powers of w = x + iy; w^j for j < 0 has a zero factor.
   Exact re = 1, im = 0;
   std::vector<std::array<Exact, 2>> w = {{Exact(1), Exact(0)}};
   for (int i = 0; i < m; ++i) {

@@ -20,7 +20,7 @@ using namespace operator_cases;
 
 namespace {
 
-/// All waves of up to `cycles` across the disc of kRadius.
+/// All waves with up to `cycles` across the disc of kRadius.
 TermSet lattice_of(double cycles) {
   TermSet terms;
   terms.radius = kRadius;
@@ -34,7 +34,7 @@ PupilSample sobol(std::int64_t count) {
   return make_pupil(CircleAperture{2 * kRadius}, {PupilLayout::kSobol, count, 3});
 }
 
-/// The most memory that this process has had [bytes].
+/// Peak memory of this process [bytes].
 double resident() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -45,7 +45,7 @@ OperatorOptions by(FourierMethod method, int threads = 1) { return {threads, {},
 
 }  // namespace
 
-// The twin is long double, term by term; the kernel's folding over is 3e-12.
+// The reference is a sum over terms in long double; aliasing of the kernel is 3e-12.
 TEST(FourierLattice, MatchesPlaneWavesInLongDouble) {
   const TermSet terms = lattice_of(20);
   const PupilSample pupil = sobol(100);
@@ -108,7 +108,7 @@ TEST(FourierLattice, TakesEveryPointOfWhichTheBandHasPartOnce) {
   std::set<std::pair<long, long>> found;
   for (const FourierMode& mode : fourier_lattice(psd, pitch))
     EXPECT_TRUE(found.emplace(std::lround(mode.fx / pitch), std::lround(mode.fy / pitch)).second);
-  // By brute force: a fine mesh of frequencies, each in the cell it rounds to.
+  // Brute force: a fine mesh of frequencies, each rounded to its cell.
   std::set<std::pair<long, long>> expected;
   for (double fy = 0; fy < 21; fy += 0.02)
     for (double fx = -21; fx < 21; fx += 0.02) {
@@ -121,7 +121,7 @@ TEST(FourierLattice, TakesEveryPointOfWhichTheBandHasPartOnce) {
   EXPECT_EQ(found, expected);
 }
 
-// Cells that the ends of the band cut, steep models and one without an upper end; what is beyond is 1e-4.
+// The cases are cut cells, steep models and one without an upper end, of which 1e-4 lies beyond.
 TEST(FourierLattice, VariancesSumToThatOfTheBand) {
   const std::pair<PsdModel, double> cases[] = {{UniformPsd{1e-7, 5.1, 60}, 1e-6},
                                                {PowerLawPsd{1e-7, {}, 2.5, 5.1, 100}, 1e-6},
@@ -136,7 +136,7 @@ TEST(FourierLattice, VariancesSumToThatOfTheBand) {
   }
 }
 
-// Mean periodogram of draws in rings against S: exact for a lattice, but for the chi^2 of its coefficients.
+// Compares the mean periodogram of realisations with S; the only error is the chi^2 of the coefficients.
 TEST(FourierLattice, DrawsHaveThePsd) {
   const PowerLawPsd model{1e-7, {}, 2.0, 6, 60};
   const RadialPsd psd(model);
@@ -156,7 +156,7 @@ TEST(FourierLattice, DrawsHaveThePsd) {
       count[bin] += 2;
     }
   }
-  for (int bin = 0; bin < kBins; ++bin)  // S curves within a cell: 2 % at 10 /m
+  for (int bin = 0; bin < kBins; ++bin)  // S is curved within a cell: 2 % at 10 /m
     EXPECT_NEAR(power[bin] / expected[bin], 1, 0.02 + 4 * std::sqrt(2 / count[bin])) << bin;
 }
 
@@ -167,8 +167,7 @@ TEST(FourierLattice, RefusesModesThatAreOffIt) {
   EXPECT_THROW(fourier_lattice(RadialPsd(UniformPsd{1e-7, 5, 1e5}), 2.5), ComputationError);
 }
 
-// Neither prior nor operator stores anything of terms^2 or points x terms: 40,000 coefficients, 26,000
-// points.
+// Nothing of terms^2 or points x terms numbers is stored, for 40,000 coefficients and 26,000 points.
 TEST(FourierLattice, MemoryGrowsAsPointsAndTermsOnly) {
   const TermSet terms = lattice_of(113);
   ASSERT_GT(terms.size(), 40000);

@@ -1,4 +1,4 @@
-// L^T of heights alone, many weights at once, against L^T one by one.
+// Compares L^T of heights alone for many weights with single calls of L^T.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using namespace operator_cases;
 
 namespace {
 
-constexpr double kRounding = 1e-12;  // of the norm; largest seen 3e-14
+constexpr double kRounding = 1e-12;  // relative to the norm; largest error 3e-14
 
 TermSet all_kinds() {
   TermSet terms;
@@ -59,7 +59,7 @@ TEST(HeightProducts, AreThoseOfOneWeightAfterTheOtherOnAnyPoints) {
 }
 
 TEST(HeightProducts, TakeWhatIsThereOfMirroredPoints) {
-  // Odd and even grids; a triangle that holds few of the mirror images of its points; cells beyond the rim.
+  // Odd and even grids; a triangle that lacks many mirror images of its points; cells beyond the rim.
   const Aperture circle = CircleAperture{2 * kRadius},
                  triangle = PolygonAperture{{{-0.1, -0.15}, {0.18, 0}, {0, 0.1}}};
   for (const Aperture& aperture : {circle, triangle})

@@ -26,7 +26,7 @@ inline aberfit::SurfaceField random_field(Eigen::Index count, const char* name) 
   return {all.head(count), all.segment(count, count), all.tail(count)};
 }
 
-/// Rings between 0.03 and 1 radius, turned against each other.
+/// Rings between 0.03 and 1 radius, rotated against each other.
 inline aberfit::PupilSample rings(Eigen::Index count, Eigen::Index spokes) {
   aberfit::PolarRings structure{Eigen::ArrayXd(count), Eigen::ArrayXd(count), spokes};
   aberfit::PupilSample pupil;
@@ -45,7 +45,7 @@ inline aberfit::PupilSample rings(Eigen::Index count, Eigen::Index spokes) {
   return pupil;
 }
 
-/// A disc out of a grid with steps that vary, its points in an order that is not the grid's.
+/// A disc from a grid with unequal steps; its points are not in grid order.
 inline aberfit::PupilSample scrambled_grid(int columns, int rows) {
   aberfit::CartesianGrid structure{Eigen::ArrayXd(columns), Eigen::ArrayXd(rows), {}, {}};
   for (int i = 0; i < columns; ++i)
@@ -83,8 +83,7 @@ inline double largest_gradient(const aberfit::SurfaceField& f) {
   return std::max(f.slope_x.abs().maxCoeff(), f.slope_y.abs().maxCoeff());
 }
 
-/// Largest difference of heights relative to the largest height, or of slopes to the largest slope, whichever
-/// is larger.
+/// Largest relative difference of heights or slopes, relative to the largest height or the largest slope.
 inline double relative_difference(const aberfit::SurfaceField& a, const aberfit::SurfaceField& b) {
   const double height = (a.height - b.height).abs().maxCoeff() / b.height.abs().maxCoeff();
   const double slope =

@@ -23,7 +23,7 @@ PointLayout grid(Eigen::Index rows, Eigen::Index columns) {
 }  // namespace
 
 TEST(OperatorCost, ChoosesByStructure) {
-  // 432 terms (n = 2 to 28) at 65536 points on rings: tens of recurrence steps a point against one transform.
+  // 432 terms at 65536 points on rings: one transform replaces tens of recurrence steps per point.
   EXPECT_EQ(choose_operator(zernikes(2, 28), polar(124, 528)).zernike, ZernikeMethod::kPolar);
   EXPECT_EQ(choose_operator(zernikes(2, 28), scattered(15000)).zernike, ZernikeMethod::kFused);
   EXPECT_EQ(choose_operator(zernikes(2, 28), grid(138, 138)).zernike, ZernikeMethod::kFused);

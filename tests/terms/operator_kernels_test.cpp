@@ -1,4 +1,4 @@
-// The kernels behind the methods, one instruction set against another: whole operators use the best one only.
+// Compares the kernels of all instruction sets, because a whole operator uses only the best one.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -13,7 +13,7 @@ using namespace operator_cases;
 
 namespace {
 
-constexpr double kRounding = 1e-13;  // of the norm; the sets differ in fused multiply-adds and order of sums
+constexpr double kRounding = 1e-13;  // relative to the norm; fused multiply-adds and the order of sums differ
 
 std::vector<InstructionSet> vector_sets() {
   std::vector<InstructionSet> sets;
@@ -22,7 +22,7 @@ std::vector<InstructionSet> vector_sets() {
   return sets;
 }
 
-/// Compares what run(set) returns with what it returns for the baseline.
+/// Compares the result of run(set) with that of the baseline.
 template <typename Run>
 void expect_same(const Run& run) {
   const Eigen::ArrayXd expected = run(InstructionSet::kBaseline);

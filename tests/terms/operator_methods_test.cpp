@@ -1,4 +1,4 @@
-// Every method of SurfaceOperator against the pointwise one, and the polar one against factorial sums.
+// Compares every method of SurfaceOperator with the pointwise one, and the polar one with factorial sums.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -17,11 +17,11 @@ using namespace operator_cases;
 
 namespace {
 
-// Of the largest gradient, and of the largest height.
+// These are relative to the largest gradient and the largest height.
 constexpr double kLowOrders = 1e-13;   // to n = 20
 constexpr double kHighOrders = 1e-12;  // to n = 80
 constexpr double kPlaneWaves = 1e-12;
-constexpr double kAdjoint = 1e-13;  // of |L c| |g|
+constexpr double kAdjoint = 1e-13;  // relative to |L c| |g|
 
 OperatorOptions with(ZernikeMethod method, int threads = 1) { return {threads, method, std::nullopt}; }
 OperatorOptions with(FourierMethod method, int threads = 1) { return {threads, std::nullopt, method}; }
@@ -35,7 +35,7 @@ TermSet on_lattice(TermSet terms) {
     for (int i = -9; i <= 9; ++i) terms.fourier.push_back({2.5 * i, 2.5 * j});
   return terms;
 }
-/// The kernel's folding over is 3e-12 of the sum of all moduli.
+/// Aliasing of the kernel is 3e-12 of the sum of all moduli.
 double allowed_of(const TermSet& terms, double allowed) {
   return terms.fourier_pitch > 0 ? std::max(allowed, 1e-10) : allowed;
 }
@@ -67,7 +67,7 @@ PupilSample polar_pupil(const Aperture& aperture, std::int64_t rays) {
 }
 const Aperture kDisc = CircleAperture{.diameter = 2 * kRadius, .margin = 0};
 
-/// Points, terms and options that together use every method and every mixture of families.
+/// Cases of points, terms and options. Together they use every method and every mixture of families.
 struct Case {
   const char* name;
   TermSet terms;
@@ -85,19 +85,19 @@ std::vector<Case> every_method() {
           {"lattice beside polar", on_lattice(everything(9)), disc, {1, ZernikeMethod::kPolar, {}}}};
 }
 
-// Memory asked of operator new while `counting`: Eigen's own arrays are not seen, all else is.
+// Memory from operator new while `counting`. This excludes Eigen's own arrays.
 std::atomic<bool> counting = false;
 std::atomic<std::size_t> counted = 0;
 
 }  // namespace
 
-// Not inlined: the compiler would see memory of one function freed by another.
+// Not inlined, because the compiler would warn about memory of one function freed by another.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   if (counting) counted += size;
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
-// Sanitizers have one of their own for std::stable_sort, which ours would free.
+// Sanitizers have their own version for std::stable_sort, whose memory ours would free.
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   if (counting) counted += size;
   return std::malloc(size);
@@ -127,7 +127,7 @@ TEST(OperatorMethods, PolarMatchesFactorialSums) {
        AnnulusAperture{.diameter = 2 * kRadius, .inner_diameter = 0.6 * kRadius, .margin = 0}},
   };
   for (const auto& [n, bound, aperture] : cases) {
-    std::vector<ZernikeMode> some;  // with every n and m among them
+    std::vector<ZernikeMode> some;  // every n and m occurs
     const std::vector<ZernikeMode> all = zernike_modes(0, n);
     for (std::size_t j = 0; j<all.size(); j += n> 40 ? 5 : 1) some.push_back(all[j]);
     const TermSet terms = zernikes(some);
@@ -139,7 +139,7 @@ TEST(OperatorMethods, PolarMatchesFactorialSums) {
     for (const ZernikeMode mode : some) modes.push_back(zernike_exact::radial(mode));
     const double scale = largest_gradient(field);
     for (Eigen::Index i = 0; i < pupil.size(); i += 199) {
-      // The point in units of the radius is divided exactly, as its rounding is the caller's.
+      // The point is divided by the radius exactly, because its rounding is not an error of the operator.
       zernike_exact::Point at(0, 0, 0);
       at.x = zernike_exact::Real(pupil.x[i]) / kRadius, at.y = zernike_exact::Real(pupil.y[i]) / kRadius;
       at.rho_squared = at.x * at.x + at.y * at.y;
@@ -161,7 +161,7 @@ TEST(OperatorMethods, PolarMatchesFactorialSums) {
 }
 
 TEST(OperatorMethods, PolarFoldsOrdersBeyondHalfTheSpokes) {
-  // m to 20 on one to forty points per ring; one ring, and counts about the sixteen that are taken at a time.
+  // m to 20 on one to forty points per ring, and numbers of rings around the block size of sixteen.
   const TermSet terms = zernikes(zernike_modes(0, 20));
   for (const int spokes : {1, 2, 3, 7, 8, 19, 20, 21, 40})
     for (const int count : {1, 3, 16, 17}) {
@@ -227,7 +227,7 @@ TEST(OperatorMethods, ListedRaysGiveTheAdjointOfZeroWeightsElsewhere) {
   for (const Case& c : every_method()) {
     const SurfaceOperator surface(c.terms, c.pupil, c.options);
     const auto points = std::uint32_t(surface.points());
-    // Few rays and nearly all of them: point by point and through all points. One ray comes twice.
+    // Few rays, then nearly all: the operator computes point by point, then all points. One ray occurs twice.
     for (const std::uint32_t step : {points / 3, 1u}) {
       std::vector<std::uint32_t> rays{5};
       for (std::uint32_t i = points - 1; i > step; i -= step) rays.push_back(i);
@@ -288,7 +288,7 @@ TEST(OperatorMethods, OneOperatorServesSeveralThreads) {
 }
 
 TEST(OperatorMethods, LaterCallsAskForNoMemoryThatGrows) {
-  // A closure and a list of parts, not a vector of terms (hundreds here) or points (thousands).
+  // Allocations may not grow with terms (hundreds) or points (thousands): only a closure and a list of parts.
   constexpr std::size_t kSmall = 1024;
   for (const Case& c : every_method()) {
     const SurfaceOperator surface(c.terms, c.pupil, c.options);

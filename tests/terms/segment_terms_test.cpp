@@ -1,4 +1,4 @@
-// Pistons and tilts of segments among other terms: heights, slopes and adjoints against their definition.
+// Compares heights, slopes and adjoints of pistons and tilts, mixed with other terms, with their definition.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -96,7 +96,7 @@ TEST(SegmentTerms, HaveTheirAdjoints) {
   EXPECT_NEAR(surface.apply_transpose(rays, few).dot(c), of_rays, 1e-9);
 }
 
-// Many draws have the standard deviations that were asked for, slopes times the radius.
+// Many realisations have the requested standard deviations; slopes are multiplied by the radius.
 TEST(SegmentTerms, AreDrawnWithTheirDeviations) {
   TermSet terms;
   terms.segments = std::make_shared<const Segments>(erring(3e-8, 2e-7));

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kRadius = 0.2;
 
-/// Uniform over a disc a little larger than the normalisation radius, the vertex first.
+/// Points uniform over a disc slightly larger than the normalisation radius, the vertex first.
 struct Pupil {
   Eigen::ArrayXd x, y;
 };
@@ -55,7 +55,7 @@ TermSet mixed_terms(int n_min, int n_max) {
   return terms;
 }
 
-/// The plain twin: one mode at a time, Fourier and spherical terms from their definitions in long double.
+/// The reference: one mode at a time, with Fourier and spherical terms from their definitions in long double.
 SurfaceField term_by_term(const TermSet& terms, const Eigen::VectorXd& c, const Pupil& points) {
   using Long = long double;
   const Long two_pi = 2 * std::numbers::pi_v<Long>;
@@ -88,8 +88,7 @@ SurfaceField term_by_term(const TermSet& terms, const Eigen::VectorXd& c, const 
   return field;
 }
 
-/// Largest difference of heights relative to the largest height, or of slopes to the largest slope, whichever
-/// is larger.
+/// Largest relative difference of heights or slopes, relative to the largest height or the largest slope.
 double relative_difference(const SurfaceField& a, const SurfaceField& b) {
   const double height = (a.height - b.height).abs().maxCoeff() / b.height.abs().maxCoeff();
   const double slope =
@@ -104,8 +103,8 @@ double dot(const SurfaceField& a, const SurfaceField& b) {
   return (a.height * b.height + a.slope_x * b.slope_x + a.slope_y * b.slope_y).sum();
 }
 
-constexpr double kSum = 1e-12;      // of the largest value of the sum, both sides rounding
-constexpr double kAdjoint = 1e-13;  // of |L c| |g|
+constexpr double kSum = 1e-12;      // relative to the largest value of the sum; both sides have rounding
+constexpr double kAdjoint = 1e-13;  // relative to |L c| |g|
 
 void expect_adjoint(const TermSet& terms, const Pupil& points, const char* name) {
   const SurfaceOperator op(terms, points.x, points.y);
@@ -151,7 +150,7 @@ TEST(SurfaceOperator, TakesAnySubsetOfModesInAnyOrder) {
   TermSet terms;
   terms.radius = kRadius;
   terms.zernike = {{7, -5}, {12, 0},  {2, 2}, {3, -3}, {40, 38},
-                   {1, 1},  {40, -2}, {9, 9}, {0, 0},  {12, 0}};  // one twice
+                   {1, 1},  {40, -2}, {9, 9}, {0, 0},  {12, 0}};  // one occurs twice
   const Pupil points = pupil(301, "subset", kRadius);
   const Eigen::VectorXd c = normals(terms.size(), "subset coefficients").matrix();
   SurfaceField field;
@@ -172,10 +171,10 @@ TEST(SurfaceOperator, HighOrderSumMatchesTermByTermSum) {
 }
 
 TEST(SurfaceOperator, AdjointIdentityHolds) {
-  // Counts around the vector, block and chunk sizes, so that every kind of remainder is met.
+  // The numbers of points lie around the vector, block and chunk sizes, to test every kind of remainder.
   for (const int count : {1, 3, 16, 255, 256, 257, 4096, 4097, 9001})
     expect_adjoint(mixed_terms(0, 20), pupil(count, "adjoint"), "adjoint");
-  // More points than partial vectors are held for at a time.
+  // More points than the partial vectors held at once can serve.
   expect_adjoint(mixed_terms(2, 3), pupil(600001, "adjoint many"), "adjoint many");
   TermSet high;
   high.radius = kRadius;
@@ -203,8 +202,7 @@ TEST(SurfaceOperator, ListedRaysGiveTheAdjointOfZeroWeightsElsewhere) {
   const Pupil points = pupil(12000, "sparse");
   const SurfaceOperator op(terms, points.x, points.y);
   std::vector<std::uint32_t> rays;
-  for (std::uint32_t i = 11999; i > 7; i -= 2)
-    rays.push_back(i);  // unsorted for the caller's good: descending
+  for (std::uint32_t i = 11999; i > 7; i -= 2) rays.push_back(i);  // descending order is allowed
   const SurfaceField listed = random_field(Eigen::Index(rays.size()), "sparse weights");
   SurfaceField dense;
   dense.resize(12000);
@@ -215,7 +213,7 @@ TEST(SurfaceOperator, ListedRaysGiveTheAdjointOfZeroWeightsElsewhere) {
     dense.slope_y[rays[i]] = listed.slope_y[Eigen::Index(i)];
   }
   const Eigen::VectorXd a = op.apply_transpose(rays, listed), b = op.apply_transpose(dense);
-  // The same sum in another order: 6000 addends, n eps of the norm.
+  // The same sum of 6000 terms in another order: n eps of the norm.
   EXPECT_LE((a - b).norm() / b.norm(), kAdjoint);
 }
 
@@ -266,7 +264,7 @@ TEST(SurfaceOperator, EveryInstructionSetGivesTheSameFieldToRounding) {
     outcome.field.height = Eigen::Map<Eigen::ArrayXd>(block.height, 201);
     outcome.field.slope_x = Eigen::Map<Eigen::ArrayXd>(block.slope_x, 201);
     outcome.field.slope_y = Eigen::Map<Eigen::ArrayXd>(block.slope_y, 201);
-    PointBlock weights = empty;  // the same for all sets: places from `used` on stay zero
+    PointBlock weights = empty;  // the same for all sets; entries from `used` on stay zero
     for (int i = 0; i < 201; ++i)
       weights.height[i] = 1.0 + i, weights.slope_x[i] = 0.3 * i, weights.slope_y[i] = 1.0 - i;
     outcome.zernike = Eigen::VectorXd::Zero(zernike_packed.size());
@@ -321,8 +319,8 @@ TEST(SurfaceOperator, HoldsZernikesAtTheRimAndNothingElse) {
 }
 
 TEST(SurfaceOperator, PlaneWavesKeepTheirPhaseOverManyCycles) {
-  // Phases up to 800 cycles: rounding of f.x alone allows 2 pi 800 eps = 1.1e-12 of the amplitude; exact half
-  // and quarter cycles too.
+  // Phases up to 800 cycles: rounding of f.x alone gives 2 pi 800 eps = 1.1e-12 of the amplitude. Some points
+  // have exact half and quarter cycles.
   TermSet terms;
   terms.fourier = {{4000.0, 0.0}, {-1234.5, 2345.6}, {0.0, 0.0}, {2.5, 0.0}, {0.0, -1.25}};
   Pupil points = pupil(500, "phase");
@@ -342,8 +340,7 @@ TEST(SurfaceOperator, PlaneWavesKeepTheirPhaseOverManyCycles) {
 }
 
 TEST(SurfaceOperator, SlopesAreTheDerivativesOfTheHeights) {
-  // Independent of every formula for a gradient: fourth-order central differences of the heights of the
-  // operator itself.
+  // The reference uses no formula for a gradient, only fourth-order central differences of the heights.
   const TermSet terms = mixed_terms(0, 10);
   const Pupil points = pupil(200, "differences");
   const Eigen::VectorXd c = normals(terms.size(), "differences coefficients").matrix();
@@ -359,7 +356,7 @@ TEST(SurfaceOperator, SlopesAreTheDerivativesOfTheHeights) {
       (8 * (height(step, 0) - height(-step, 0)) - (height(2 * step, 0) - height(-2 * step, 0))) / (12 * step);
   const Eigen::ArrayXd by_y =
       (8 * (height(0, step) - height(0, -step)) - (height(0, 2 * step) - height(0, -2 * step))) / (12 * step);
-  // Truncation (k step)^4 / 30 with k = 2 pi 57 /m: 9e-11; round-off eps h / step ~ 1e-10 of the slopes.
+  // Truncation is (k step)^4 / 30 with k = 2 pi 57 /m: 9e-11. Rounding is eps h / step ~ 1e-10 of the slopes.
   const double scale = std::max(field.slope_x.abs().maxCoeff(), field.slope_y.abs().maxCoeff());
   EXPECT_LE((by_x - field.slope_x).abs().maxCoeff() / scale, 1e-9);
   EXPECT_LE((by_y - field.slope_y).abs().maxCoeff() / scale, 1e-9);

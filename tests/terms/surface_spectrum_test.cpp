@@ -22,7 +22,7 @@ using std::numbers::pi;
 namespace {
 
 constexpr double kRadius = 0.2;
-// A quadratic: its central difference is exact but for rounding.
+// The central difference of a quadratic is exact except for rounding.
 constexpr double kDifference = 1e-8;
 
 TermSet zernikes(int n_min, int n_max) {
@@ -71,8 +71,7 @@ TEST(ZernikeSpectrum, IntegratesToTheSquareOfTheCoefficients) {
   Eigen::VectorXd values;
   zernike_spectrum(terms, low, high)->evaluate(c, &values, nullptr);
   double sum = (pi * (high.square() - low.square()) * values.array()).sum();
-  // Beyond: J J ~ 1/(pi kappa) on average, so that 2/(pi kappa) |sum sqrt(n+1) a|^2 is missing for each m
-  // (the rim's step).
+  // Beyond, J J ~ 1/(pi kappa) on average: the step at the rim lacks 2/(pi kappa) |sum sqrt(n+1) a|^2 per m.
   for (int m = -8; m <= 8; ++m) {
     double rim = 0;
     for (Eigen::Index j = 0; j < c.size(); ++j)
@@ -80,7 +79,7 @@ TEST(ZernikeSpectrum, IntegratesToTheSquareOfTheCoefficients) {
         rim += std::sqrt(terms.zernike[std::size_t(j)].n + 1.0) * c[j];
     sum += 2 / (pi * kappa) * rim * rim;
   }
-  // Next order (n + 1)^2/kappa^2.
+  // The next order is (n + 1)^2/kappa^2.
   EXPECT_NEAR(sum / c.squaredNorm(), 1, 2e-5);
 }
 
@@ -95,7 +94,7 @@ TEST(ZernikeSpectrum, IsTheFourierIntegralOverTheDiscAveragedOverDirections) {
   const auto spectrum = zernike_spectrum(terms, low, high);
   ASSERT_EQ(spectrum->bins(), 4);
   spectrum->evaluate(c, &values, nullptr);
-  // Surface on a polar rule that is exact for its degree and for waves up to kappa = 28.
+  // The surface on a polar rule that is exact for its degree and for waves up to kappa = 28.
   const Quadrature radial = gauss_legendre(36, 0, 1);
   const int angles = 96;
   std::vector<double> x, y, wh;
@@ -114,7 +113,7 @@ TEST(ZernikeSpectrum, IsTheFourierIntegralOverTheDiscAveragedOverDirections) {
     double sum = 0, weight = 0;
     for (int q = 0; q < 16; ++q) {
       const double f = rule.nodes[q];
-      const int directions = 20;  // |H|^2 has angular orders up to 18, and is even
+      const int directions = 20;  // |H|^2 is even and has angular orders up to 18
       for (int d = 0; d < directions; ++d) {
         const double fx = f * std::cos(pi * d / directions), fy = f * std::sin(pi * d / directions);
         std::complex<double> H = 0;
@@ -139,11 +138,12 @@ TEST(ZernikeSpectrum, JacobianIsThatOfAQuadratic) {
   Eigen::VectorXd values;
   Eigen::MatrixXd jacobian;
   spectrum->evaluate(c, &values, &jacobian);
-  EXPECT_LE((jacobian * c - 2 * values).lpNorm<Eigen::Infinity>(), 1e-13 * values.maxCoeff());  // Euler
+  // Euler's theorem for quadratics.
+  EXPECT_LE((jacobian * c - 2 * values).lpNorm<Eigen::Infinity>(), 1e-13 * values.maxCoeff());
 }
 
 TEST(ZernikeSpectrum, MeanOverThePriorIsThePsdSeenThroughTheDisc) {
-  // All modes that the PSD reaches: l f < 2 holds S down to exp(-39).
+  // All modes that the PSD excites: l f < 2 covers S down to exp(-39).
   const TermSet terms = zernikes(0, 44);
   const double l = 0.4 * kRadius;
   const RadialPsd psd(GaussianPsd{1e-8, l});
@@ -157,12 +157,12 @@ TEST(ZernikeSpectrum, MeanOverThePriorIsThePsdSeenThroughTheDisc) {
     spectrum->evaluate(prior.colour(Eigen::VectorXd::Unit(terms.size(), j)), &values, nullptr);
     mean += values;
   }
-  // The PSD convolved with |transform of the disc|^2, as the transform of ACF times overlap of two discs.
+  // PSD convolved with |transform of the disc|^2: transform of the ACF times the overlap of two discs.
   const Quadrature rule = gauss_legendre(200, 0, pi / 2);
   for (Eigen::Index b = 0; b < f.size(); ++b) {
     double truth = 0;
     for (int i = 0; i < 200; ++i) {
-      const double t = std::sin(rule.nodes[i]), r = 2 * kRadius * t;  // root at t = 1
+      const double t = std::sin(rule.nodes[i]), r = 2 * kRadius * t;  // removes the root at t = 1
       const double overlap = 2 / pi * (std::acos(t) - t * std::sqrt(1 - t * t));
       truth += rule.weights[i] * 2 * kRadius * std::cos(rule.nodes[i]) * 2 * pi * r * overlap * 1e-16 *
                std::exp(-r * r / (l * l)) * boost::math::cyl_bessel_j(0, 2 * pi * f[b] * r);
@@ -195,8 +195,7 @@ TermSet mixed() {
   return terms;
 }
 
-// The definition on a small grid, without a fast transform: monomials by least squares, Hann, plain sums,
-// means over [low, high).
+// The definition on a small grid: monomials by least squares, Hann window, sums, means over [low, high).
 Eigen::VectorXd plain_estimate(const TermSet& terms, const Eigen::VectorXd& c, int n, int degree,
                                const Eigen::ArrayXd& low, const Eigen::ArrayXd& high) {
   const double pitch = std::sqrt(2.0) * kRadius / n;
@@ -279,8 +278,8 @@ TEST(EstimatedSpectrum, DoesNotDependOnTheThreadsAndRefusesSmallGrids) {
 }
 
 TEST_WITH_SHORT_FORM(EstimatedSpectrum, AgreesWithTheEstimatorItself) {
-  // Of the strongest bin: the rounding of a transform goes with it. Bins that a window such as
-  // Blackman-Harris leaves very weak differ by up to 1.5e-9 of themselves.
+  // Relative to the strongest bin, because the rounding of a transform scales with it. Bins that a window
+  // such as Blackman-Harris makes very weak differ by up to 1.5e-9 of their value.
   constexpr double kRounding = 1e-12;
   const TermSet terms = mixed();
   const Eigen::VectorXd c = draw(terms.size(), "estimator-itself");

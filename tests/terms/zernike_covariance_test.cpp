@@ -14,7 +14,7 @@ using std::numbers::pi;
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kCovariance = 1e-9;  // of sqrt(C_jj C_kk), as the header promises
+constexpr double kCovariance = 1e-9;  // relative to sqrt(C_jj C_kk), from the header
 
 // Rows of comma-separated numbers after one header line.
 std::vector<std::vector<double>> rows_of(const std::string& name) {
@@ -54,7 +54,7 @@ TEST(ZernikeCovariance, ReproducesEveryKolmogorovEntryOfNoll) {
 }
 
 TEST(ZernikeCovariance, VariancesReproduceTheKolmogorovResiduals) {
-  // Delta_J - Delta_J+1 is the variance of mode J + 1; each Delta is given to 16 digits.
+  // Delta_J - Delta_J+1 is the variance of mode J + 1; each Delta has 16 digits.
   const auto rows = rows_of("kolmogorov_residual.csv");
   ASSERT_GE(rows.size(), 36u);
   std::vector<double> variance_of_order;
@@ -77,7 +77,7 @@ TEST(ZernikeCovariance, DivergesForPistonOfAPowerLawDownToZero) {
 }
 
 TEST(ZernikeCovariance, OfWhiteNoiseIsTheIdentity) {
-  // S = const on all frequencies: <a_j a_j'> = S/(pi R^2) delta. Exercises every stretch of the integral.
+  // For S = const on all frequencies <a_j a_j'> = S/(pi R^2) delta. This uses every range of the integral.
   const double level = 3e-17, radius = 0.2;
   const RadialPsd white(PowerLawPsd{{}, level, 0, 0, kInf});
   for (const int m : {0, 1, 7}) {
@@ -90,12 +90,12 @@ TEST(ZernikeCovariance, OfWhiteNoiseIsTheIdentity) {
 
 TEST(ZernikeCovariance, OfAUniformBandAgreesWithQuadratureOfCovarianceOverTwoDiscs) {
   // Second method, in space instead of frequency: <a_j a_k> = (1/pi^2) int int Z_j(u) Z_k(v) C(R |u - v|) d2u
-  // d2v by polar quadrature on both discs. Modes of m = 0 by their explicit polynomials. Equal angles and
+  // d2v by polar quadrature on both discs, with modes of m = 0 from their polynomials. Equal angles and
   // Gauss-Legendre in rho^2 converge to rounding for this smooth ACF.
   const double radius = 0.2;
   const RadialPsd psd(UniformPsd{1e-7, 2.5, 19.96});
   const int rings = 24, angles = 96;
-  // Gauss-Legendre nodes by Newton, written anew.
+  // Gauss-Legendre nodes by Newton's method, independent of the library.
   std::vector<double> t(rings), w(rings);
   for (int i = 0; i < rings; ++i) {
     double x = std::cos(pi * (i + 0.75) / (rings + 0.5)), derivative = 0;
@@ -141,7 +141,7 @@ TEST(ZernikeCovariance, OfAUniformBandAgreesWithQuadratureOfCovarianceOverTwoDis
 }
 
 TEST(ZernikeCovariance, IsLinearInThePsdAcrossAnyCutOfTheBand) {
-  // Cuts at, below and beyond the start of the asymptotic tail move every panel; the sum must not notice.
+  // Cuts at, below and beyond the start of the asymptotic tail move every panel, but must not change the sum.
   const double radius = 0.2;
   const RadialPsd whole(KCorrelationPsd{1e-7, 0.03, 3.1, 0, kInf});
   const std::vector<int> orders = {3, 5, 11, 29, 41};
@@ -164,7 +164,7 @@ TEST(ZernikeCovariance, VariancesOfACompleteSetSumToTheHeightVariance) {
     before = captured;
   }
   EXPECT_NEAR(captured_fraction(psd, 0.2, 0, 160), 1,
-              1e-12);  // far beyond 2 pi R f_max = 25, J_160 is nothing
+              1e-12);  // J_160 is negligible, far beyond 2 pi R f_max = 25
 }
 
 TEST(CapturedFraction, IsTheSumOfTheCovarianceDiagonals) {

@@ -5,15 +5,14 @@
 
 #include "aberfit/terms/term_set.h"
 
-/// Zernike modes in 200 decimal digits from the textbook sum with factorials (Born & Wolf 9.2.1 (5)): no
-/// recurrence in common with the library. The sum cancels 115 digits at n = 300, so more than 80 stay.
+/// Zernike modes in 200 decimal digits from the factorial sum of Born & Wolf 9.2.1 (5), without the library's
+/// recurrences. The sum cancels 115 digits at n = 300, so more than 80 remain.
 namespace zernike_exact {
 
 using Real =
     boost::multiprecision::number<boost::multiprecision::cpp_bin_float<200>, boost::multiprecision::et_off>;
 
-/// Radial function of a mode over rho^m: coefficients of (rho^2)^i, i = 0 .. (n - m)/2, with the orthonormal
-/// factor.
+/// Radial function of a mode over rho^m: coefficients of (rho^2)^i, i = 0 .. (n - m)/2, orthonormal.
 struct Radial {
   int m = 0;
   bool sine = false;
@@ -38,7 +37,7 @@ inline Radial radial(aberfit::ZernikeMode mode) {
   return result;
 }
 
-/// A point given in double precision with its (x + iy)^m, m = 0 .. m_max, all without rounding that matters.
+/// A point given in double precision with its (x + iy)^m, m = 0 .. m_max, with negligible rounding.
 struct Point {
   Real x, y, rho_squared;
   std::vector<Real> re, im;

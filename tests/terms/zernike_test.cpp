@@ -20,8 +20,8 @@ struct DiscPoints {
   std::vector<zernike_exact::Point> exact;
 };
 
-/// Vertex, near-vertex, mid-disc and, densely, the rim, where the unstable forms of R_n^m fail first; each
-/// radius at several angles that are no symmetry of a mode.
+/// Points at the vertex, near it, in mid-disc and densely at the rim, where unstable forms of R_n^m fail
+/// first. Each radius has several angles that are no symmetry of a mode.
 DiscPoints disc_points(const std::vector<double>& rhos, int angles, int m_max) {
   DiscPoints points{Eigen::ArrayXd(Eigen::Index(rhos.size()) * angles),
                     Eigen::ArrayXd(Eigen::Index(rhos.size()) * angles),
@@ -37,8 +37,7 @@ DiscPoints disc_points(const std::vector<double>& rhos, int angles, int m_max) {
   return points;
 }
 
-/// Largest error of value and gradient over the points, relative to the largest value and gradient of the
-/// mode over the disc.
+/// Largest error of value and gradient, relative to the largest value and gradient over the disc.
 struct Errors {
   double reference = 0, fused = 0;
   void grow(const Errors& other) {
@@ -47,8 +46,8 @@ struct Errors {
   }
 };
 
-/// Largest gradient of an orthonormal mode over the disc, from below: its values at the rim, where |grad|^2
-/// is norm^2 times (R'(1) cos)^2 + (m sin)^2 and R'(1) = (n (n + 2) - m^2) / 2.
+/// Lower bound of the largest gradient of an orthonormal mode over the disc, from its values at the rim.
+/// There |grad|^2 is norm^2 times (R'(1) cos)^2 + (m sin)^2, with R'(1) = (n (n + 2) - m^2) / 2.
 double largest_gradient(ZernikeMode mode) {
   return zernike_norm(mode) *
          std::max(0.5 * (mode.n * (mode.n + 2.0) - mode.m * mode.m), std::abs(mode.m) * 1.0);
@@ -81,7 +80,7 @@ Errors errors_of(ZernikeMode mode, const DiscPoints& points) {
   return errors;
 }
 
-constexpr double kErrorTo100 = 1e-12, kErrorTo300 = 1e-11;  // promised in zernike.h
+constexpr double kErrorTo100 = 1e-12, kErrorTo300 = 1e-11;  // from zernike.h
 
 std::vector<double> radii() {
   std::vector<double> list = {0.0,  1e-9, 1e-3, 0.02, 0.07, 0.13, 0.2, 0.28, 0.35,
@@ -93,8 +92,8 @@ std::vector<double> radii() {
 
 }  // namespace
 
-// Worst seen: 5.3e-14 to n = 40, 3.2e-13 at n = 100, 2.8e-12 at n = 300 (reference), a little less for the
-// fused operator.
+// Largest errors of the reference function: 5.3e-14 to n = 40, 3.2e-13 at n = 100, 2.8e-12 at n = 300. Those
+// of the fused operator are slightly smaller.
 TEST(Zernike, EveryModeTo40MatchesTheFactorialSumIn200Digits) {
   const DiscPoints points = disc_points(radii(), 7, 40);
   Errors worst;
@@ -111,7 +110,7 @@ TEST(Zernike, EveryModeTo40MatchesTheFactorialSumIn200Digits) {
 TEST(Zernike, HighOrdersMatchTheFactorialSumIn200Digits) {
   const DiscPoints points = disc_points(radii(), 7, 300);
   for (const int n : {41, 60, 75, 99, 100, 150, 199, 250, 299, 300}) {
-    // From rotational symmetry all the way to m = n, both signs.
+    // From m near zero to m = n, both signs.
     std::set<int> ms;
     for (const double share : {0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 1.0}) {
       const int m = n - 2 * int(std::lround(n * (1 - share) / 2));
@@ -146,7 +145,7 @@ TEST(Zernike, IsOrthonormalOnTheDisc) {
             zernike(modes[k], rho * std::cos(theta), rho * std::sin(theta)).value;
     }
   const Eigen::MatrixXd gram = basis.transpose() * basis;
-  // Rounding of nodes, weights and values of size <= sqrt(42): n eps and a margin; seen 5e-15.
+  // Rounding of nodes, weights and values of size <= sqrt(42): n eps and a margin; largest error 5e-15.
   EXPECT_LE((gram - Eigen::MatrixXd::Identity(gram.rows(), gram.cols())).cwiseAbs().maxCoeff(), 1e-13);
 }
 
@@ -164,7 +163,7 @@ TEST(Zernike, LowOrdersMatchTheirTextbookForms) {
 }
 
 TEST(Zernike, RecurrenceWithoutDivisionOfTheRadialFunctionHolds) {
-  // R_n^m = rho (R_{n-1}^{|m-1|} + R_{n-1}^{m+1}) - R_{n-2}^m, on the x axis where cosines are R_n^m.
+  // R_n^m = rho (R_{n-1}^{|m-1|} + R_{n-1}^{m+1}) - R_{n-2}^m, tested on the x axis, where cosines are R_n^m.
   const auto r = [](int n, int m, double rho) {
     return m > n ? 0.0 : zernike({n, m}, rho, 0.0).value / zernike_norm({n, m});
   };
@@ -236,7 +235,7 @@ TEST(ZernikeIndex, EverySchemeGoesThereAndBackTo40) {
       EXPECT_EQ(noll_index(mode) % 2 == 0, mode.m > 0);
     }
   }
-  // One number each; Noll and OSA without gaps.
+  // All indices differ; Noll and OSA have no gaps.
   EXPECT_EQ(noll.size(), modes.size());
   EXPECT_EQ(fringe.size(), modes.size());
   EXPECT_EQ(*noll.begin(), 1);

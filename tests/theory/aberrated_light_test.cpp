@@ -1,5 +1,5 @@
-// Strehl ratio, encircled energy and centroid of known aberrations against a transform of the pupil written
-// anew; the highest irradiance of mean light against rings and differences.
+// Strehl ratio, encircled energy and centroid of known aberrations against an independent transform of the
+// pupil; the highest irradiance of the mean spot against rings and differences.
 #include "aberfit/theory/aberrated_light.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 using std::numbers::pi;
 using Complex = std::complex<double>;
 
-// f/20: the exact form is the textbook's to 1/(32 N^2) = 8e-5.
+// f/20: the exact form equals the textbook's to 1/(32 N^2) = 8e-5.
 constexpr double kFocal = 4, kDiameter = 0.2, kWave = 632.8e-9;
 constexpr double kAiry = kWave * kFocal / kDiameter;
 
@@ -56,7 +56,7 @@ double noll(int index, double x, double y) {
   }
 }
 
-// In place, length a power of two (Cooley and Tukey 1965).
+// In place; the length is a power of two (Cooley and Tukey 1965).
 void fft(Complex* data, int n, int stride) {
   for (int i = 1, j = 0; i < n; ++i) {
     int bit = n >> 1;
@@ -82,7 +82,7 @@ class TransformedPupil {
   static constexpr int kCells = 128, kSize = 512;
 
   TransformedPupil(int index, double waves) : pattern_(std::size_t(kSize) * kSize) {
-    constexpr int kParts = 8;  // of an edge cell, along each side
+    constexpr int kParts = 8;  // along each side of a grid cell at the edge
     for (int row = 0; row < kCells; ++row)
       for (int column = 0; column < kCells; ++column) {
         const auto place = [](double cell) { return (2 * cell + 1) / kCells - 1; };
@@ -107,13 +107,13 @@ class TransformedPupil {
     for (Complex& one : pattern_) one = std::norm(one);
   }
 
-  // Over the irradiance of the pupil without aberration.
+  // Irradiance over that of the pupil without aberration.
   double at(double x, double y) const {  // [lambda N]
     Complex sum = 0;
     for (const Cell& cell : cells_) sum += cell.field * std::polar(1.0, -pi * (cell.x * x + cell.y * y));
     return std::norm(sum) / (flat_ * flat_);
   }
-  // The highest sample, refined on the sum over cells.
+  // The highest sample, refined on the sum over grid cells.
   double strehl() const {
     std::size_t best = 0;
     for (std::size_t k = 0; k < pattern_.size(); ++k)
@@ -129,20 +129,19 @@ class TransformedPupil {
       }
     return top;
   }
-  // Of the transfer function, 1 at frequency 0: the light in a circle of radius r [lambda N], and the
-  // centroid by its phase at the lowest frequency.
+  // From the transfer function: energy in circles [lambda N], centroid from the lowest frequency's phase.
   struct Measured {
     std::vector<double> energy;
     double x, y;
   };
   Measured measured(const std::vector<double>& radii) const {
     TransformedPupil copy = *this;
-    copy.transform();  // the frequency of a lag of k cells is k/kCells [1/(lambda N)]
+    copy.transform();  // a lag of k grid points has the frequency k/kCells [1/(lambda N)]
     Measured result{std::vector<double>(radii.size(), 0.0), 0, 0};
     const double all = copy.pattern_[0].real();
     for (int row = 0; row < kSize; ++row)
       for (int column = 0; column < kSize; ++column) {
-        if (std::hypot(signed_place(column), signed_place(row)) > kCells) continue;  // no light
+        if (std::hypot(signed_place(column), signed_place(row)) > kCells) continue;  // beyond cutoff
         const double a = signed_place(column), b = signed_place(row), nu = std::hypot(a, b) / kCells;
         const double value = copy.pattern_[std::size_t(row) * kSize + column].real() / all;
         for (std::size_t k = 0; k < radii.size(); ++k)
@@ -152,9 +151,9 @@ class TransformedPupil {
                        : radii[k] * boost::math::cyl_bessel_j(1, 2 * pi * nu * radii[k]) / nu) /
               (double(kCells) * kCells);
       }
-    // Edge cells that are clear in part have less light than their area.
+    // Partly clear grid cells at the edge contribute less energy than their area.
     for (double& one : result.energy) one *= all_ / flat_;
-    // An overlap lacks the rim, as wide as its shear: the slope of the phase there, extrapolated to none.
+    // An overlap lacks a rim as wide as its shear. The phase slope is therefore extrapolated to shear 0.
     const auto shift = [&](std::size_t stride) {
       const auto at = [&](int k) {
         return -kCells * std::arg(copy.pattern_[stride * std::size_t(k)]) / (2 * pi * k);
@@ -171,7 +170,7 @@ class TransformedPupil {
     double x, y;
     Complex field;
   };
-  // A surface higher towards the light shortens the path.
+  // A surface that is higher on the illuminated side shortens the path.
   void add(double x, double y, double area, int index, double waves) {
     cells_.push_back({x, y, std::polar(area, -2 * pi * waves * noll(index, x, y))});
   }
@@ -208,11 +207,11 @@ TEST(AberratedLight, OfEightPupilsIsThatOfATransformOfThePupil) {
     EXPECT_NEAR(truth.at(peak.x / kAiry, peak.y / kAiry) / strehl, 1, kError);
     const std::vector<double> radii{0.6, 1.1, 2.3, 4};
     const TransformedPupil::Measured measured = truth.measured(radii);
-    // At the lowest frequencies cells that are clear in part lie at the rim, where coma is steepest.
+    // At the lowest frequencies the partly clear grid cells lie at the rim, where coma is steepest.
     constexpr double kErrorOfTransform = 0.02;
     EXPECT_NEAR(light.centroid()[0] / kAiry, measured.x, kErrorOfTransform);
     EXPECT_NEAR(light.centroid()[1] / kAiry, measured.y, kErrorOfTransform);
-    // The mean slope of the wave over the disc: 2 of tilt, sqrt(8) of coma with its tilt, none of the others.
+    // The mean wavefront slope over the disc: 2 for tilt, sqrt(8) for coma with its tilt, else 0.
     const double slope = index <= 3 ? 2 : index == 7 || index == 8 ? std::sqrt(8) : 0;
     const std::size_t axis = index == 3 || index == 7 ? 1 : 0;
     EXPECT_NEAR(light.centroid()[axis] / kAiry, -2 * waves * slope,
@@ -235,8 +234,7 @@ TEST(AberratedLight, OfEightPupilsIsThatOfATransformOfThePupil) {
   }
 }
 
-// Without aberrations, and with a tilt alone, the cells give the closed form: of a circle, an annulus and a
-// rectangle, with little and with much scatter.
+// Without aberrations or with a tilt the grid gives the closed form, with little or much scatter.
 TEST(AberratedLight, OfATiltHasTheStrehlRatioOfTheParabola) {
   const PsdModel fine =
       KCorrelationPsd{.rms = 20e-9, .correlation = 0.01, .exponent = 3, .f_min = 5, .f_max = 500};
@@ -254,7 +252,7 @@ TEST(AberratedLight, OfATiltHasTheStrehlRatioOfTheParabola) {
     }
 }
 
-// Mean light of a round pupil can be highest on a ring: its irradiance sampled everywhere.
+// The mean irradiance of a round pupil can be highest on a ring. Reference: dense samples of the irradiance.
 TEST(AberratedLight, OfRevolutionIsHighestOnTheAxisOrOnARing) {
   bool on_ring = false;
   for (const double waves : {0.2, 1.0, 1.5}) {
@@ -277,7 +275,7 @@ TEST(AberratedLight, OfRevolutionIsHighestOnTheAxisOrOnARing) {
   EXPECT_TRUE(on_ring);
 }
 
-// d ln(Strehl)/d ln(p) of uneven light by differences of the whole.
+// d ln(Strehl)/d ln(p) of a pupil without symmetry, by differences.
 TEST(AberratedLight, StrehlRatioFollowsTheNumbersOfItsPsd) {
   const PsdModel psd =
       KCorrelationPsd{.rms = 15e-9, .correlation = 0.03, .exponent = 3, .f_min = 5, .f_max = 200};

@@ -43,8 +43,8 @@ TEST(AbgModel, LightWithinIsTheIntegral) {
 }
 
 TEST(AbgFit, RecoversAnExactModel) {
-  // S of a 2-D exponent 2 in single scattering: BSDF = k^2 S0 / lambda^2 / (1 + (B s/lambda)^2), which is a =
-  // k^2 S0 / B^2, b = (lambda/B)^2, g = 2, but for the higher orders, g^2 of it.
+  // S of the 2-D exponent 2 in single scattering: BSDF = k^2 S0 / lambda^2 / (1 + (B s/lambda)^2). So a = k^2
+  // S0 / B^2, b = (lambda/B)^2, g = 2, but for the higher orders, of relative size g^2.
   const double g = 1e-3, B = 1e-3;
   const RadialPsd psd(KCorrelationPsd{rms_of(g), B, 2, 0, 1e6});
   const ScatterFunction scatter(psd, kLambda);
@@ -57,7 +57,7 @@ TEST(AbgFit, RecoversAnExactModel) {
   EXPECT_LT(fit.largest_error, 10 * g * g);
   EXPECT_FALSE(fit.at_least_b);
   EXPECT_NEAR(fit.model_in_range / fit.light_in_range, 1, 1e-4);
-  // pi a log(1 + 1/b), though S ends at 1e6 /m.
+  // pi a log(1 + 1/b), although S ends at 1e6 /m.
   EXPECT_NEAR(fit.tis / (pi * a * std::log1p(1 / b)), 1, 1e-4);
 }
 
@@ -76,10 +76,10 @@ TEST(AbgFit, StatesTheErrorThatItHas) {
       largest = std::max(largest, std::abs(ratio));
       squares += ratio * ratio;
     }
-    // 400 samples against 3001: the largest lies between two of them, the ends count differently.
+    // 400 samples against 3001: the largest error lies between two of them, and the ends have other weights.
     EXPECT_NEAR(fit.largest_error / std::expm1(largest), 1, 0.01) << g;
     EXPECT_NEAR(fit.rms_error / std::expm1(std::sqrt(squares / n)), 1, 0.02) << g;
-    EXPECT_GT(fit.largest_error, 0.05) << g;  // the shape is not quite this one
+    EXPECT_GT(fit.largest_error, 0.05) << g;  // the shape is not quite an ABg model
     EXPECT_LT(fit.largest_error, 0.6) << g;
     EXPECT_NEAR(fit.tis / light_within(fit.model, 1), 1, 1e-8) << g;
     EXPECT_NEAR(fit.light_in_range, scatter.within(fit.theta_max) - scatter.within(fit.theta_min), 1e-12);
@@ -114,21 +114,21 @@ TEST(AbgFit, RangeEndsWhereTheBandDoes) {
   const AbgFit fit = fit_abg(scatter);
   EXPECT_GE(std::sin(fit.theta_min), 6 * kLambda);
   EXPECT_LE(std::sin(fit.theta_max), 200 * kLambda);
-  EXPECT_TRUE(fit.at_least_b);  // the knee lies at 2e-6, and b at 1e-12 shows none below 3e-6
+  EXPECT_TRUE(fit.at_least_b);  // the knee lies at 2e-6, and b at 1e-12 shows no knee below 3e-6
   EXPECT_EQ(fit.model.b, 1.01e-12);
   AbgOptions any;
   any.least_b = 1e-30;
   const AbgFit free = fit_abg(scatter, any);
   EXPECT_FALSE(free.at_least_b);
   EXPECT_LT(free.largest_error, 0.1 * fit.largest_error);
-  // Beyond the range the model goes on with light that the mirror does not scatter.
+  // Beyond the range the model scatters more than the mirror.
   EXPECT_GT(free.tis, 1.2 * scatter.tis());
   EXPECT_NEAR(free.model_in_range / free.light_in_range, 1, 0.01);
 
-  // At g = 5 the light has left the band, and the range with it.
+  // At g = 5 the scatter has left the band, and the range with it.
   const ScatterFunction rough(RadialPsd(UniformPsd{rms_of(5), 100, 200}), kLambda);
   EXPECT_GT(std::sin(fit_abg(rough).theta_max), 500 * kLambda);
-  // A band that is a line keeps its range.
+  // A very narrow band keeps its range.
   const ScatterFunction line(RadialPsd(UniformPsd{rms_of(0.3), 1000, 1001}), kLambda);
   const AbgFit of_line = fit_abg(line);
   EXPECT_GT(std::sin(of_line.theta_min), 1000 * kLambda);
@@ -153,6 +153,6 @@ TEST(AbgFit, RefusesWhatItCannotFit) {
   options.theta_max = 2;
   EXPECT_THROW(fit_abg(scatter, options), std::invalid_argument);
   EXPECT_FALSE(fit_abg(ScatterFunction(RadialPsd(UniformPsd{1e-9, 1, 2}).band(3, 4), kLambda)).found);
-  const AbgFit flat = fit_abg(scatter);  // a plateau has no knee and next to no exponent
+  const AbgFit flat = fit_abg(scatter);  // a plateau has no knee and almost no exponent
   EXPECT_LT(flat.largest_error, 0.01);
 }

@@ -19,7 +19,7 @@ using Point = std::array<double, 2>;
 
 PolygonAperture regular(int corners, double radius) { return test::regular_polygon(corners, radius, 0.1); }
 
-// Area of the intersection of two convex polygons, corners counter-clockwise (Sutherland and Hodgman 1974).
+// Common area of two convex polygons, corners counter-clockwise (Sutherland and Hodgman 1974).
 double common_area(std::vector<Point> one, const std::vector<Point>& two) {
   for (std::size_t i = 0; i < two.size(); ++i) {
     const Point &a = two[i], &b = two[(i + 1) % two.size()];
@@ -46,7 +46,7 @@ double common_area(std::vector<Point> one, const std::vector<Point>& two) {
   return 0.5 * twice;
 }
 
-// Of polygons by their light, as the header promises.
+// Error of polygons from their focal irradiance, as the header promises.
 double allowed(double x, double diameter) { return x < 10 * diameter / 256 ? 1e-4 : 1e-5; }
 
 }  // namespace
@@ -81,10 +81,10 @@ TEST(ApertureOtf, OfConvexPolygonsIsTheMeanOfTheirIntersections) {
 }
 
 TEST(ApertureOtf, OfAPolygonWithADentCountsWhatLies_InBothCopies) {
-  // A letter L: three squares of side a. Over the shear (x, y) >= 0 its own overlap is a sum of rectangles.
+  // A letter L: three squares of side a. At the shear (x, y) >= 0 its overlap is a sum of rectangles.
   const double a = 0.1;
   const ApertureOtf otf(PolygonAperture{{{0, 0}, {2 * a, 0}, {2 * a, a}, {a, a}, {a, 2 * a}, {0, 2 * a}}});
-  const auto overlap = [a](double dx, double dy) {  // on a grid of 300 by 300 cells
+  const auto overlap = [a](double dx, double dy) {  // on a grid of 300 by 300
     constexpr int kSide = 300;
     const auto inside = [a](double x, double y) {
       return x > 0 && y > 0 && ((x < 2 * a && y < a) || (x < a && y < 2 * a));
@@ -103,7 +103,7 @@ TEST(ApertureOtf, OfAPolygonWithADentCountsWhatLies_InBothCopies) {
     for (int k = 0; k < kDirections; ++k)
       sum += overlap(x * std::cos(2 * pi * (k + 0.5) / kDirections),
                      x * std::sin(2 * pi * (k + 0.5) / kDirections));
-    EXPECT_NEAR(otf(x), sum / kDirections, 2e-3) << x;  // cells at its edges
+    EXPECT_NEAR(otf(x), sum / kDirections, 2e-3) << x;  // grid cells at the edges
   }
 }
 

@@ -1,4 +1,4 @@
-// A band of light: theory and surfaces against the weighted sums of what each wavelength has by itself.
+// A band of wavelengths: theory and surfaces against the weighted sums of the results of each wavelength.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ TEST(Light, IsItsLinesByTheirShares) {
   EXPECT_THROW(Light(std::vector<LightLine>{{500e-9, -1}}), std::invalid_argument);
 }
 
-// The mean light of a band is that of its lines, in every plane; a radius holds its share of the sum.
+// In every plane the mean spot of a band is the weighted sum of those of its wavelengths.
 TEST(BandOfLight, MeanLightIsTheWeightedSumOfItsLines) {
   for (const Aperture& aperture : {kCircle, kSquare}) {
     const GeneralisedHarveyShack band(RadialPsd(kPsd), kMirror, aperture, kBand);
@@ -56,7 +56,7 @@ TEST(BandOfLight, MeanLightIsTheWeightedSumOfItsLines) {
   }
 }
 
-// d ln p of a band by differences.
+// Derivatives over ln p of a band, by differences.
 TEST(BandOfLight, DerivativesOverThePsdAreThoseOfTheSum) {
   const GhsPupil pupil(kMirror, kCircle, kBand);
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.8, 0}, EncircledEnergyRadius{0.9, 50e-6}};
@@ -90,7 +90,7 @@ struct Surface {
   }
 };
 
-// With and without scatter beside the surface; radii by the sum, gradients by differences along a direction.
+// With and without scatter; radii by the sum, gradients by differences along a direction.
 TEST(BandOfLight, OfASurfaceIsTheWeightedSumOfItsLines) {
   const Surface surface;
   const std::vector<Statistic> sums{RingThrough{3e-6, 0}, RingThrough{15e-6, 40e-6},

@@ -14,7 +14,7 @@
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "height_between.h"
 
-// A roughness in two parts: a surface below a frequency, its mean on the transfer function above it.
+// Roughness in two parts: a surface below a frequency, and its mean on the transfer function above it.
 
 namespace aberfit {
 namespace {
@@ -55,7 +55,7 @@ double depth_of_focus(const Scene& scene) {
   return kWave * std::pow(scene.mirror.focal_length / (2 * kRadius), 2);
 }
 
-// Radii of the mean spot in focus, one wave out of it on either side, and three waves.
+// Radii of the mean spot in focus, one wave from it on either side, and three waves from it.
 std::vector<Statistic> shares_of(const Scene& scene, const GeneralisedHarveyShack& whole) {
   std::vector<Statistic> shares;
   for (const double waves : {0.0, 1.0, -1.0, 3.0}) {
@@ -74,7 +74,7 @@ Eigen::ArrayXd heights_at(const HeightMap& map, double pitch, const PupilSample&
   return height;
 }
 
-// Draws the errors of all segments: a piston, and slopes times the distance from the middle.
+// Random errors of all segments: a piston, and slopes times the distance from the middle.
 Eigen::ArrayXd drawn_errors(const Scene& scene, const PupilSample& sample, std::uint64_t seed) {
   const Segments segments(std::get<SegmentedAperture>(scene.aperture));
   const RandomStream random(seed, "segments");
@@ -90,7 +90,7 @@ Eigen::ArrayXd drawn_errors(const Scene& scene, const PupilSample& sample, std::
   return height;
 }
 
-// Shares of the light of `draws` surfaces with `psd`, one column each.
+// Encircled energies of `draws` realisations with `psd`, one column each.
 Eigen::MatrixXd shares_of_draws(const Scene& scene, const RadialPsd& psd,
                                 const std::shared_ptr<const MeanScatter>& scatter,
                                 const std::vector<Statistic>& shares, int draws, std::uint64_t seed,
@@ -126,7 +126,7 @@ void expect_mean(const Eigen::MatrixXd& values, const GeneralisedHarveyShack& wh
   }
 }
 
-// Both the draws of the low part with the rest as its mean, and full draws.
+// Tests realisations of the low part with the rest as its mean, and realisations of everything.
 void expect_exact_split(int family, bool annulus, double g, double cut, int draws) {
   SCOPED_TRACE(testing::Message() << "family " << family << ", annulus " << annulus << ", g " << g << ", cut "
                                   << cut << " /m");
@@ -134,15 +134,15 @@ void expect_exact_split(int family, bool annulus, double g, double cut, int draw
   const auto whole = whole_of(scene);
   const auto split = split_at(scene, cut);
   const std::vector<Statistic> shares = shares_of(scene, *whole);
-  // What the mean factor leaves out of focus, and the grid of it.
+  // The error of the mean factor out of focus and of its grid.
   expect_mean(shares_of_draws(scene, split->low(), split, shares, draws, 1), *whole, shares, 1e-4);
-  // Full draws scatter beyond the field of view of their grid, what the 95 % radius notices.
+  // Full realisations scatter beyond the field of view of their grid, which affects the 95 % radius.
   expect_mean(shares_of_draws(scene, scene.psd, nullptr, shares, draws, 5001), *whole, shares, 3e-3);
 }
 
 }  // namespace
 
-// The light that cells do not see is that of the roughness alone: the errors of segments are in the cells.
+// Energy beyond the field of view is that of the roughness alone, because the grid has the segment errors.
 TEST(BandSplit, OfSegmentsThatErrHasTheirMeanLight) {
   Scene scene = scene_of(0, false, 0.6);
   SegmentedAperture segments = hexagonal_segments(1, 0.06, 0.001, true, 0);
@@ -187,8 +187,8 @@ TEST(BandSplit, AtTheBottomOfTheBandIsHarveyShack) {
   }
 }
 
-// Half the light that 24 cycles across scatter lies beyond the 16 that 32 cells see, and a defocus of three
-// waves spreads it by another 12: the halo of the focus in its place was 0.041 of the light off.
+// Half of the energy scattered by 24 cycles across lies beyond the 16 cycles of this grid, and three waves of
+// defocus add another 12 cycles. The curve of the focus would not do.
 TEST(BandSplit, InEveryPlaneTheLightBeyondTheCellsIsThatPlanes) {
   const Scene scene = scene_of(2, false, 1.5);
   const auto whole = whole_of(scene);
@@ -210,15 +210,15 @@ TEST(BandSplit, InEveryPlaneTheLightBeyondTheCellsIsThatPlanes) {
     of_focus = std::max(of_focus, std::abs(whole->encircled_energy(ring.ring_radius * grown, 0) - truth));
   }
   EXPECT_LT(worst, 1e-9);
-  EXPECT_GT(of_focus, 0.03);  // nor is it the focus's curve
-  // Surfaces with a low part that the cells do see, and its light in the planes.
+  EXPECT_GT(of_focus, 0.03);  // the curve of the focus differs
+  // Surfaces with a low part that the grid resolves, and their energy in the planes.
   expect_mean(
       shares_of_draws(scene, split_at(scene, 30)->low(), split_at(scene, 30), shares, 60, 301, kCells),
       *whole, shares, 3e-4);
 }
 
-// Width of N(z), the light inside `ring`, from a table of planes 1/50 of `about` apart. A straight line
-// between them is 5e-4 of the width off at most.
+// Width of N(z), the energy inside `ring`, from a table of planes 1/50 of `about` apart. Linear interpolation
+// errs by 5e-4.
 double width_from_table(const DiffractionProblem& problem, const Eigen::ArrayXd& height, double ring,
                         double about) {
   constexpr int kPlanes = 40;  // on either side
@@ -237,9 +237,7 @@ double width_from_table(const DiffractionProblem& problem, const Eigen::ArrayXd&
   return crossing(1) - crossing(-1);
 }
 
-// The same of the planes that a ring is followed through. With the halo of the focus in all of them the
-// widths of these two surfaces are 1.6 and 3.2 % off, and a mirror of g 7.7 that is equivalent to 1 % was
-// called different.
+// The same for followed rings: the halo of the focus would make widths wrong by a few per cent.
 TEST(BandSplit, RingsSeeTheLightBeyondTheCellsOfTheirPlanes) {
   struct Case {
     int family, cells;
@@ -269,7 +267,7 @@ TEST(BandSplit, RingsSeeTheLightBeyondTheCellsOfTheirPlanes) {
     const double truth = width_from_table(problem, height, ring, searched[0]);
     EXPECT_NEAR(searched[0] / truth, 1, 1e-3);
     EXPECT_NEAR(followed[0] / searched[0], 1, 2e-4);
-    // Of a ring that moves with the surface: the light beyond the cells in it changes, too.
+    // For a ring that moves with the surface, the energy beyond the field of view changes, too.
     const std::vector<Statistic> own = {RingFwhm{of.fraction, {}}};
     std::vector<Eigen::ArrayXd> gradient;
     Eigen::VectorXd here, less, more;
@@ -306,7 +304,7 @@ TEST(BandSplit, PartsAddInSquaresAndMultiply) {
                                         Convention::kPhysical, low.rms_height());
     EXPECT_NEAR(std::hypot(low_rays.scatter_rms(), split->scatter_rms()) / whole_of(scene)->scatter_rms(), 1,
                 1e-9);
-    // At f/8 the exponent varies by 2 % over the aperture: the product of means is the mean of products to
+    // At f/8 the exponent varies by 2 % over the aperture. The product of means is the mean of products to
     // second order in that.
     const Eigen::ArrayXd x = Eigen::ArrayXd::LinSpaced(200, 0, 1.9 * kRadius);
     const Eigen::ArrayXd product = split->whole_transfer(x), whole = whole_of(scene)->overlap_transfer(x);

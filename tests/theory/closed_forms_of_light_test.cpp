@@ -1,4 +1,4 @@
-// Light whose closed form is known from elsewhere: Cauchy's focus, Fried's long exposure, the orders of a
+// Spots with closed forms from the literature: Cauchy's focus, Fried's long exposure, the orders of a
 // grating, and a published example of scatter at another wavelength.
 #include <gtest/gtest.h>
 
@@ -23,9 +23,9 @@ using Gauss = boost::math::quadrature::gauss<double, 60>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// S = A f^-3 without limits has the structure function 8 pi^2 A x and so the transfer function
-// exp(-2 pi g x/lambda), g = 32 pi^3 A/lambda [rad]; at shears much shorter than the aperture that of the
-// aperture is exp(-2 pi (2 lambda/(pi^2 D)) x/lambda). EE(r) = 1 - g/sqrt(g^2 + r^2), I ~ (g^2 + r^2)^(-3/2).
+// S = A f^-3 without limits has the structure function 8 pi^2 A x and the transfer function exp(-2 pi g
+// x/lambda), g = 32 pi^3 A/lambda [rad]. At shears much shorter than the aperture, the aperture has exp(-2 pi
+// (2 lambda/(pi^2 D)) x/lambda). So EE(r) = 1 - g/sqrt(g^2 + r^2), I ~ (g^2 + r^2)^(-3/2).
 TEST(ClosedForms, RoughnessOfTheThirdPowerHasCauchysFocus) {
   constexpr double kWave = 550e-9, kDiameter = 4, kFocal = 400, kAngle = 20e-6;
   const double amplitude = kAngle * kWave / (32 * std::pow(pi, 3));
@@ -59,11 +59,11 @@ TEST(ClosedForms, StrehlRatioThroughTurbulenceIsFrieds) {
   for (const auto& [ratio, known] : {std::pair{1.0, 0.44460}, {2.0, 0.17472}, {5.0, 0.035095}}) {
     const double fried =
         mean([r = ratio](double s) { return std::exp(-3.4419386 * std::pow(s * r, 5.0 / 3)); });
-    EXPECT_NEAR(fried / known, 1, 4e-5) << ratio;  // its printed digits
+    EXPECT_NEAR(fried / known, 1, 4e-5) << ratio;  // printed digits
     EXPECT_NEAR(strehl({kDiameter / ratio, kWave}) / fried, 1, 5e-5) << ratio;
   }
   // Von Karman's structure function: 0.17263 (L0/r0)^(5/3) (1 - 2^(1/6)/Gamma(5/6) t^(5/6) K_5/6(t)), t = 2
-  // pi x/L0. It saturates, so that a small outer scale leaves a core.
+  // pi x/L0. It saturates, so a small outer scale leaves a core.
   for (const double scale : {100.0, 4.0, 0.5}) {
     const double r0 = kDiameter / 2;
     const auto transfer = [&](double s) {
@@ -78,7 +78,7 @@ TEST(ClosedForms, StrehlRatioThroughTurbulenceIsFrieds) {
 }
 
 // A cosine of height a with m cycles across a square is a grating whose order n holds J_n(4 pi a/lambda)^2 of
-// the light; where one order is highest all others are zero. A tilt brings it to the axis.
+// the energy. Where one order is highest, all others are zero. A tilt brings it to the axis.
 TEST(ClosedForms, OrdersOfASinusoidAreBesselFunctions) {
   constexpr double kWave = 632.8e-9, kSide = 0.2;
   constexpr int kCycles = 8;
@@ -95,8 +95,8 @@ TEST(ClosedForms, OrdersOfASinusoidAreBesselFunctions) {
     }
 }
 
-// Zemax' example of a K-correlation surface, B = 5.02655 um, s = 3: what scatters 632.8 nm, waves of the
-// surface longer than a wavelength, has 3 nm RMS; at 300 nm that is 3.10996 nm and 1.682 % of the light.
+// Zemax' example of a K-correlation surface, B = 5.02655 um, s = 3. The frequencies that scatter at 632.8 nm
+// have 3 nm RMS; at 300 nm they have 3.10996 nm and scatter 1.682 % of the energy.
 TEST(ClosedForms, ScatterAtAnotherWavelengthIsThatOfZemaxExample) {
   constexpr double kB = 5.02655e-6, kMeasured = 632.8e-9, kUsed = 300e-9;
   const KCorrelationPsd in_band{3e-9, kB, 3, 0, 1 / kMeasured};

@@ -1,4 +1,4 @@
-// How the light of one mirror in one disc goes with that in another: theory against draws.
+// Correlation of the energies of one mirror in different discs: theory against realisations.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -45,8 +45,8 @@ double correlation(const Eigen::MatrixXd& covariance, Eigen::Index a, Eigen::Ind
   return covariance(a, b) / std::sqrt(covariance(a, a) * covariance(b, b));
 }
 
-// Three and eight steps of 15 % in the radius apart: in the core .98 and .84 of draws, where a correlation
-// that falls with ln r, of the length that suits the numbers best, has .77 and .51.
+// Three and eight steps of 15 % in the radius apart. In the core the realisations have .98 and .84; a
+// correlation that falls with ln r, with the best length, has .77 and .51.
 TEST(CovarianceOfLight, IsThatOfDraws) {
   std::vector<double> radii;
   for (int k = 0; k < 24; ++k) radii.push_back(4e-6 * std::pow(25, k / 23.0));

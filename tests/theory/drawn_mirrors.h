@@ -12,9 +12,9 @@
 
 #include "aberfit/roughness/psd.h"
 
-// How much drawn mirrors differ, by a code of the tests alone: Fourier sums of Gaussian noise on a periodic
-// square of twice the aperture, Fraunhofer patterns of a paraxial pupil, their autocorrelation summed exactly
-// over discs.
+// Differences between realisations of a mirror, by independent test code. It uses Fourier sums of Gaussian
+// noise on a periodic square of twice the aperture and Fraunhofer patterns of a paraxial pupil, whose
+// autocorrelation is summed exactly over discs.
 
 namespace aberfit::testing_draws {
 
@@ -23,9 +23,9 @@ using Complex = std::complex<double>;
 struct DrawnScene {
   RadialPsd psd;
   double focal_length, diameter, inner_diameter, wavelength;
-  int cells;  // across the aperture
-  /// Of a fast parabola: diameters and cells are f times a direction cosine, 2 f tan(theta/2) on the mirror,
-  /// and a height counts by (1 + cos theta)/2.
+  int cells;  // grid points across the aperture
+  /// For a fast parabola, diameters and grid points are f times a direction cosine, 2 f tan(theta/2) on the
+  /// mirror. A height counts by (1 + cos theta)/2.
   bool is_fast = false;
 };
 
@@ -54,15 +54,15 @@ class DrawnMirrors {
   struct Discs {
     double dz;
     std::vector<double> radius;
-    std::vector<double> frequency = {};  ///< of the image: transfer functions, rows behind the discs
-    bool has_axis = false;               ///< irradiance on the axis, of that of a flat mirror; the last row
+    std::vector<double> frequency = {};  ///< of the image: transfer functions, in rows after the discs
+    bool has_axis = false;               ///< adds a last row: axial irradiance over a flat mirror's
   };
-  /// Standard deviation over the draws of [light in the disc of a whole mirror] - [that of the same mirror
-  /// cut off times H_rest], one matrix (radius x cut) per plane. means, when given: of the same differences.
+  /// Standard deviation over the realisations of the energy in a disc, less that of the same mirror cut off
+  /// times H_rest: one matrix (radius x cut) per plane. means, when given: means of the same differences.
   std::vector<Eigen::ArrayXXd> spread(const std::vector<Discs>& planes, int draws, std::uint64_t seed,
                                       std::vector<Eigen::ArrayXXd>* means = nullptr) {
     const auto count = Eigen::Index(cuts_.size());
-    std::vector<std::vector<Eigen::ArrayXd>> kernels;  // per plane and radius: shares x (cuts + whole)
+    std::vector<std::vector<Eigen::ArrayXd>> kernels;  // per plane and radius: values x (cuts + whole)
     std::vector<Eigen::ArrayXXd> sum, squares;
     for (const Discs& plane : planes) {
       kernels.push_back(kernels_of(plane));
@@ -70,7 +70,7 @@ class DrawnMirrors {
       squares.push_back(sum.back());
     }
     std::mt19937_64 random(seed);
-    for (int draw = 0; draw < draws; draw += 2) {  // a complex sum is two mirrors
+    for (int draw = 0; draw < draws; draw += 2) {  // a complex sum gives two mirrors
       const std::vector<std::vector<Complex>> shells = shell_heights(&random);
       for (const bool second : {false, true})
         for (std::size_t p = 0; p < planes.size(); ++p) {
@@ -99,7 +99,7 @@ class DrawnMirrors {
     return squares;
   }
 
-  /// Light in the discs of whole mirrors, discs x draws.
+  /// Energy in the discs of whole mirrors, discs x realisations.
   Eigen::ArrayXXd light(const Discs& discs, int draws, std::uint64_t seed) {
     const std::vector<Eigen::ArrayXd> kernels = kernels_of(discs);
     Eigen::ArrayXXd result(Eigen::Index(kernels.size()), draws);
@@ -130,7 +130,7 @@ class DrawnMirrors {
       }
   }
 
-  // Root of the PSD's integral over the cell of each frequency, for each shell between cuts.
+  // Root of the PSD's integral over the grid cell of each frequency, for each shell between cuts.
   void set_amplitudes() {
     constexpr int kParts = 5;
     const double step = 1 / (side_ * pitch_);
@@ -165,7 +165,7 @@ class DrawnMirrors {
     return result;
   }
 
-  // What a lag of i^2 + j^2 cells^2 adds to the light in a disc.
+  // Weight of a lag of i^2 + j^2 grid cells^2 in the energy of a disc.
   Eigen::ArrayXd disc_kernel(double radius, double dz) const {
     const double scale = pitch_ / (scene_.wavelength * (scene_.focal_length + dz));
     Eigen::ArrayXd result(scene_.cells * scene_.cells + 1);
@@ -177,7 +177,7 @@ class DrawnMirrors {
     return result;
   }
 
-  // The transfer function of the light in the field of view, from the image: int I J0(2 pi nu r) d2r.
+  // The transfer function of the irradiance in the field of view: int I J0(2 pi nu r) d2r.
   Eigen::ArrayXd transfer_kernel(double frequency, double dz) const {
     const double scale = pitch_ / (scene_.wavelength * (scene_.focal_length + dz)), lag = frequency / scale;
     constexpr int kRadii = 512;
@@ -203,7 +203,7 @@ class DrawnMirrors {
     return false;
   }
 
-  // All lags alike: the square of the field's sum, which is that of the cover where the mirror is flat.
+  // All lags have the same weight: the square of the field's sum over that of a flat mirror.
   Eigen::ArrayXd axis_kernel() const {
     double sum = 0, squares = 0;
     for (const double cover : cover_) sum += cover, squares += cover * cover;
@@ -218,7 +218,7 @@ class DrawnMirrors {
     return kernels;
   }
 
-  // Light in discs; cut below cuts_.size() multiplies by its H_rest.
+  // Energy in discs; a cut below cuts_.size() multiplies by its H_rest.
   Eigen::ArrayXd shares(const std::vector<double>& height, double dz,
                         const std::vector<Eigen::ArrayXd>& kernels, std::size_t cut) {
     const int cells = scene_.cells;
@@ -239,7 +239,7 @@ class DrawnMirrors {
       }
     fftw_execute(plan_);
     for (Complex& value : data_) value = std::norm(value);
-    fftw_execute(plan_);  // of an even real array: the inverse too, times its size
+    fftw_execute(plan_);  // even and real, so this is also the inverse, times the size
     Eigen::ArrayXd lags = Eigen::ArrayXd::Zero(cells * cells + 1);
     for (int i = 0; i < side_; ++i)
       for (int j = 0; j < side_; ++j) {

@@ -1,4 +1,4 @@
-// Even polynomials of the radius against the functions they stand for.
+// Even polynomials of the radius against the functions that they replace.
 #include "../../src/theory/even_polynomial.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 constexpr double kRadius = 0.7;
 
 double largest_error(const EvenPolynomial& polynomial, const std::function<double(double)>& truth) {
-  constexpr int kPoints = 1001;  // no multiple of what a kernel takes together
+  constexpr int kPoints = 1001;  // not a multiple of the kernel's vector length
   std::vector<double> x(kPoints), y(kPoints), value(kPoints);
   for (int k = 0; k < kPoints; ++k) {
     const double rho = kRadius * k / (kPoints - 1), angle = 2.4 * k;
@@ -27,7 +27,7 @@ double largest_error(const EvenPolynomial& polynomial, const std::function<doubl
   for (const InstructionSet set :
        {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (!is_supported(set)) continue;
-    std::fill(value.begin(), value.end(), 1.0);  // what it adds to
+    std::fill(value.begin(), value.end(), 1.0);  // the values to which the polynomial is added
     polynomial.add(x.data(), y.data(), kPoints, value.data(), set);
     for (int k = 0; k < kPoints; ++k)
       worst = std::max(worst, std::abs(value[std::size_t(k)] - 1 - truth(kRadius * k / (kPoints - 1))));
@@ -57,7 +57,7 @@ TEST(EvenPolynomial, KeepsItsPromiseOrIsNone) {
   EXPECT_FALSE(EvenPolynomial::of([](double) { return std::nan(""); }, kRadius, 1e-9));
 }
 
-// What the field of a sphere takes is the sphere: phases of two points by hand, in focus and out of it.
+// The field of a sphere uses the polynomial: phases of two points by hand, in focus and out of it.
 TEST(EvenPolynomial, StandsForASphereInThePupil) {
   constexpr double kFocal = 2.5, kWave = 500e-9, kDz = 3e-4;
   const Mirror sphere{kFocal, 0, {}};

@@ -16,9 +16,9 @@ const DiscRules& rules() {
   return r;
 }
 
-constexpr double kPromise = 1e-13;  // of the header
-// A second method: polar integration of the two-dimensional density about the disc's centre, angle by the
-// periodic trapezoidal rule, radius by panels of Gauss-Kronrod.
+constexpr double kPromise = 1e-13;  // promised in the header
+// Second method: polar integration of the two-dimensional density about the disc's centre, with the periodic
+// trapezoidal rule over angle and Gauss-Kronrod panels over radius.
 double polar_integral(double radius, double offset, double sr, double st) {
   const auto ring = [&](double rho) {
     const int n = 240;

@@ -21,12 +21,11 @@ const Mirror kParabola{2.8, -1, {}};
 const Aperture kCircle = CircleAperture{0.4};
 const Aperture kAnnulus = AnnulusAperture{0.4, 0.15};
 constexpr double kLambda = 632.8e-9;
-// Relative, of every golden radius; 1e-11 is seen.
+// Relative, for every golden radius; the largest error seen is 1e-11.
 constexpr double kGolden = 1e-6;
-constexpr double kConverged = 1e-9;  // of encircled energies, as the header promises
+constexpr double kConverged = 1e-9;  // for encircled energies, as the header promises
 constexpr double kDigits = 1e-10;
-// The same aperture so slow, f/70000, that place and direction in it are one to 1/(32 N^2) = 6e-12; radii
-// grow with the focal length.
+// The same aperture at f/70000: position and direction agree to 1/(32 N^2) = 6e-12.
 constexpr double kSlower = 1e4;
 const Mirror kSlow{2.8 * kSlower, -1, {}};
 
@@ -40,7 +39,7 @@ RadialPsd golden_psd(const GoldenRow& row) {
   throw std::runtime_error("unknown acf " + row.at("acf"));
 }
 
-// One of each PSD model, smooth and oscillating autocorrelations.
+// One PSD of each model, with smooth and oscillating autocorrelations.
 std::vector<RadialPsd> families() {
   const TablePsd table{{2, 5, 11, 40, 80}, {3e-17, 5e-17, 1e-17, 2e-18, 4e-19}};
   return {RadialPsd(GaussianPsd{60e-9, 0.02}),
@@ -125,8 +124,7 @@ TEST(GeneralisedHarveyShack, OfAVeryRoughSurfaceIsGeometric) {
   const double slope = psd_moments(psd).rms_slope_per_axis();
   const GeneralisedHarveyShack waves(psd, kParabola, kCircle, kLambda);
   const GeometricHarveyShack rays(kParabola, kCircle, slope, Convention::kPhysical, sigma);
-  // The Airy pattern adds to the light outside by its 1/r tail: 1e-4 of the light at g = 300, 1.5e-4 at
-  // 200, which moves ee95 most, by 4.3e-4.
+  // The 1/r tail of the Airy pattern holds 1.5e-4 of the energy; it moves ee95 most, by 4.3e-4.
   constexpr double kTail = 6e-4;
   for (const double p : {0.2, 0.5, 0.8, 0.9, 0.95})
     for (const double spread : {0.0, 1.0, -3.5, 5.0}) {
@@ -136,7 +134,7 @@ TEST(GeneralisedHarveyShack, OfAVeryRoughSurfaceIsGeometric) {
     }
   const double ring = waves.encircled_energy_radius(0.9, 0);
   EXPECT_NEAR(waves.ring_fwhm(ring) / rays.ring_fwhm(ring), 1, kTail);
-  // The law is of a shallow focus; this one is an eighth of the focal length wide, and 0.1 (w/f)^2 narrower.
+  // The law holds for a shallow focus; this one is f/8 wide and 0.1 (w/f)^2 narrower.
   const double depth = waves.ring_fwhm(ring) / 2.8;
   EXPECT_NEAR(waves.ring_fwhm(ring) / (2.80675977 * ring * 14), 1 - 0.1 * depth * depth, 5e-4);
   EXPECT_NEAR(waves.spot_fwhm(0) / (std::sqrt(8 * std::log(2.0)) * 2 * 2.8 * slope), 1, 1e-3);
@@ -164,8 +162,7 @@ TEST(GeneralisedHarveyShack, HalvingEveryPanelChangesNothing) {
 }
 
 TEST(GeneralisedHarveyShack, AgreesWithBruteForceQuadratureOffFocus) {
-  // EE as the plain integral of OTF(nu) J1 on 40,000 midpoints, the OTF a double sum over the overlap of two
-  // circles.
+  // EE as the integral of OTF(nu) J1 on midpoints, the OTF a double sum over the overlap of two circles.
   const RadialPsd psd(GaussianPsd{80e-9, 0.05});
   const double f = 280, D = 0.4, dz = 3, c = 2 * pi * dz / (kLambda * f * (f + dz)),
                g = 4 * pi * 80e-9 / kLambda;
@@ -186,7 +183,7 @@ TEST(GeneralisedHarveyShack, AgreesWithBruteForceQuadratureOffFocus) {
              boost::math::cyl_bessel_j(1, 2 * pi * r * x / (kLambda * (f + dz)));
     }
     EXPECT_NEAR(waves.encircled_energy(r, dz), sum, 3e-5)
-        << r;  // midpoint rule on a square-root end: 400^-1.5
+        << r;  // midpoint rule at a square-root end: 400^-1.5
   }
 }
 
@@ -206,8 +203,7 @@ TEST(GeneralisedHarveyShack, EncircledEnergyRisesFromZeroToOneAndItsRadiiInvertI
         }
         last = here;
       }
-      // What is missing at 0.5 m: the Airy tail lambda f/(pi^2 ... r) of 1e-6, and of the fractal the last of
-      // its light.
+      // Missing beyond 0.5 m: the Airy tail of 1e-6 and the outermost energy of the fractal.
       EXPECT_NEAR(last, 1, 2e-3);
       for (const double p : {0.02, 0.2, 0.5, 0.8, 0.9, 0.95, 0.99})
         EXPECT_NEAR(spot.encircled_energy(spot.encircled_energy_radius(p)), p, kDigits) << p;
@@ -215,23 +211,20 @@ TEST(GeneralisedHarveyShack, EncircledEnergyRisesFromZeroToOneAndItsRadiiInvertI
 }
 
 TEST(GeneralisedHarveyShack, TheAngleSpreadHoldsTheScatteredLightAndFollowsThePsd) {
-  // Smooth surface: ASF = (4 pi/lambda)^2 ... first order in g^2, 16 pi^2/lambda^4 S(sin/lambda)
-  // (Rayleigh-Rice without its obliquity).
+  // Smooth surface: 16 pi^2/lambda^4 S(sin/lambda) (Rayleigh-Rice without its obliquity).
   const RadialPsd psd(GaussianPsd{0.5e-9, 2e-5});
   const GeneralisedHarveyShack waves(psd, kSlow, kCircle, kLambda);
   for (const double theta : {0.0, 5e-3, 1e-2, 1.5e-2}) {
     const double expected = 16 * pi * pi / std::pow(kLambda, 4) * psd(std::sin(theta) / kLambda);
     EXPECT_NEAR(waves.angle_spread(theta) / expected, 1, 1e-3)
-        << theta;  // g^2 = 1e-4; the pupil's OTF is down by
-                   // 1.3 l/D = 6e-5, in the tail e^2 times that
+        << theta;  // g^2 = 1e-4; the pupil's OTF falls by 1.3 l/D = 6e-5, in the tail e^2 times that
   }
   const Quadrature rule = gauss_legendre(60, 0, 0.08);
   double light = 0;
   for (int i = 0; i < 60; ++i)
     light += rule.weights[i] * 2 * pi * rule.nodes[i] * waves.angle_spread(std::asin(rule.nodes[i]));
   EXPECT_NEAR(light / waves.tis(), 1, 1e-4);
-  // Aperture-exact it is spread a little wider (the surface is tilted: 1/q by 1/(c q)), and all of it is
-  // there.
+  // Aperture-exact scatter is a little wider (1/q and 1/(c q) on the tilted surface), its integral equal.
   const GeneralisedHarveyShack exact(psd, kParabola, kCircle, kLambda);
   light = 0;
   for (int i = 0; i < 60; ++i)
@@ -242,7 +235,7 @@ TEST(GeneralisedHarveyShack, TheAngleSpreadHoldsTheScatteredLightAndFollowsThePs
 
 TEST(GeneralisedHarveyShack, TooManyWavesOfAberrationSayWhatToDo) {
   const RadialPsd roughness(GaussianPsd{1e-10, 0.01});
-  // Eleven thousand waves in the focus; eleven of a thousandfold wavelength, and 10,000 of defocus.
+  // Waves in the focus, and waves of defocus at a wavelength a thousand times as long.
   for (const auto& [sphere, wavelength, dz, where] :
        {std::tuple{Mirror{1.4, 0, {}}, 1e-10, 0.0, " waves in the focus, too many"},
         {Mirror{1.4, 0, {}}, 1e-7, 0.4, " waves in the plane 400 mm from the focus, too many"}}) {
@@ -299,8 +292,7 @@ TEST(GeneralisedHarveyShack, OfARectangleAveragesItsDiffractionPattern) {
 }
 
 TEST(GeneralisedHarveyShack, ASoftenedBandEdgeMovesLittleLight) {
-  // 40,000 cycles of f_max across the aperture. g = 0.003: single scattering to g^2/2 = 5e-6 of itself, a
-  // disc of radius lambda f f_max evenly lit.
+  // 40,000 cycles across. Single scattering to g^2/2 = 5e-6: an even disc of radius lambda f f_max.
   const double f_max = 1e5, g = 0.003, edge = kLambda * 2.8 * f_max, scale = pi * 0.4 / (kLambda * 2.8);
   const GeneralisedHarveyShack waves(RadialPsd(UniformPsd{g * kLambda / (4 * pi), 2.5, f_max}), kSlow,
                                      kCircle, kLambda);

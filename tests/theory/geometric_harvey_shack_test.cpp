@@ -22,7 +22,7 @@ const Mirror kParabola{2.8, -1, {}};
 const Aperture kCircle = CircleAperture{0.4};
 
 constexpr double kGoldenEnergy = 1e-8, kGoldenRing = 1e-7, kGoldenProfile = 1e-9;
-constexpr double kPrinted = 1e-11;  // golden numbers and their s carry 12 digits
+constexpr double kPrinted = 1e-11;  // golden numbers and their s have 12 digits
 
 struct Scene {
   double s;
@@ -36,9 +36,8 @@ GeometricHarveyShack parabola(double s, Convention convention) {
   return {kParabola, kCircle, s, convention, 1e-7};
 }
 
-// Share of light inside `radius` in a plane where a parabola's nominal ray is `cone` * rho off the axis and
-// the spot is round with standard deviation 1: the mean of the non-central chi-squared distribution over
-// rho^2 in [0, 1].
+// Fraction inside `radius` in a plane where a parabola's nominal ray is `cone` * rho off the axis and the
+// spot is round with standard deviation 1. Mean of the non-central chi^2 over rho^2 in [0, 1].
 double round_spot_share(double radius, double cone) {
   const auto at = [&](double rho) {
     const double d2 = cone * rho * cone * rho;
@@ -69,8 +68,7 @@ TEST(GeometricHarveyShack, EncircledEnergyRadiiMatchTheFirstOrderGoldenNumbers) 
 }
 
 TEST(GeometricHarveyShack, ASlowMirrorReachesTheParaxialGoldenNumbers) {
-  // At f/1000 the paraxial error is of order t^2 = (1/4000)^2 = 6e-8 over 4; the golden numbers hold for f
-  // = 2.8 m.
+  // The mirror is f/10000, so the paraxial error is of order t^2; the golden numbers hold for f = 2.8 m.
   const double f = 2.8, t2 = std::pow(1.0 / 40000, 2);
   for (const GoldenRow& row : read_golden("geometry.csv")) {
     const auto [s, convention] = scene_of(row);
@@ -100,8 +98,8 @@ TEST(GeometricHarveyShack, RingWidthAndPeakMatchTheFirstOrderGoldenNumbers) {
     const double ring = std::stod(row.at("ee90_exact"));
     EXPECT_NEAR(model.ring_fwhm(ring) / golden, 1.0, kGoldenRing) << row.at("branch") << " " << s;
     const double peak = model.ring_peak(ring);
-    // The peak shifts as s^2. At s = 1e-7 the golden numbers, found from function values, are 2e-3 off that
-    // law: the row of s = 1e-6 says it better.
+    // The peak shifts as s^2. At s = 1e-7 the golden numbers, found from function values, deviate by 2e-3
+    // from that law, so the row of s = 1e-6 is scaled.
     const double golden_peak =
         s == 1e-7 ? peak_of_1e6[convention == Convention::kPaper] * 1e-2 : std::stod(row.at("z_peak"));
     EXPECT_NEAR(peak / golden_peak, 1.0, 1e-3) << row.at("branch") << " " << s;
@@ -125,8 +123,7 @@ TEST(GeometricHarveyShack, RingProfileMatchesTheGoldenNumbers) {
 }
 
 TEST(GeometricHarveyShack, SlowMirrorReproducesTheGaussianConstants) {
-  // f/10000, so smooth that the depth of focus is 1e-8 f: the spot does not change through focus. t^2 =
-  // 6e-10.
+  // f/10000 and a depth of focus of 1e-8 f: the spot does not change through focus. t^2 = 6e-10.
   const double s = 1e-13, radius = 1.4e-4, f = 2.8, paraxial_error = 1e-8;
   const GeometricHarveyShack slow(kParabola, CircleAperture{2 * radius}, s, Convention::kPhysical, 0.0);
   const auto rows = read_golden("constants.csv");
@@ -142,8 +139,7 @@ TEST(GeometricHarveyShack, SlowMirrorReproducesTheGaussianConstants) {
 }
 
 TEST(GeometricHarveyShack, ParaxialRingProfileIsTheBesselIntegral) {
-  // N = (2b/x) int J1(bk) J1(xk) exp(-k^2/2) dk/k; slow and nearly smooth, so that the spot is constant
-  // through focus.
+  // N = (2b/x) int J1(bk) J1(xk) exp(-k^2/2) dk/k. Slow and nearly smooth: a constant spot.
   const double radius = 1.4e-4, f = 2.8;
   const GeometricHarveyShack slow(kParabola, CircleAperture{2 * radius}, 1e-11, Convention::kPhysical, 0.0);
   for (const double b : {0.5, 2.0, 4.0})
@@ -163,7 +159,7 @@ TEST(GeometricHarveyShack, ParaxialRingProfileIsTheBesselIntegral) {
 }
 
 TEST(GeometricHarveyShack, RadialNodesSufficeForTheSpreadTheyServe) {
-  // Slow mirror, paper convention: round spots, nominal cone exactly linear in rho to t^2 = 2e-15.
+  // Slow mirror, convention `paper`: round spots, nominal cone linear in rho to t^2 = 2e-15.
   const double s = 1e-12, f = 2.8, radius = 2.8e-7;
   const GeometricHarveyShack slow(kParabola, CircleAperture{2 * radius}, s, Convention::kPaper, 0.0);
   const double sigma = slow.focal_sigma();
@@ -196,7 +192,7 @@ TEST(GeometricHarveyShack, HalfCrossingsAreHalfOfTheMaximum) {
   const GeometricHarveyShack model = parabola(1e-5, Convention::kPhysical);
   const double ring = model(EncircledEnergyRadius{0.5, 0.0}), peak = model.ring_peak(ring);
   const double most = model.encircled_energy(ring, peak);
-  // Second method: plain bisection for each crossing.
+  // Second method: bisection for each crossing.
   double width = 0;
   for (const double side : {-1.0, 1.0}) {
     double in = peak, out = peak + side * 0.02;
@@ -213,8 +209,8 @@ TEST(GeometricHarveyShack, HalfCrossingsAreHalfOfTheMaximum) {
 }
 
 TEST(GeometricHarveyShack, PerfectMirrorFillsTheRingAsAConeOfRays) {
-  // N(z) is the share of the aperture below rho = ring f/|dz|: half at sqrt2, so the width is 2 sqrt2 ring
-  // f/R. 512 zones make a stair: one step of N is below 2/512, of the width 1/512.
+  // N(z) is the fraction of the aperture below rho = ring f/|dz|. It is half at sqrt2, so the width is 2
+  // sqrt2 ring f/R. 512 zones make a stair: a step of N is below 2/512, of the width 1/512.
   const Mirror slow{2.8, -1, {}};
   const double radius = 0.001, ring = 1e-6;
   const GeometricHarveyShack perfect(slow, CircleAperture{2 * radius}, 0.0, Convention::kPhysical, 0.0);
@@ -229,8 +225,7 @@ TEST(GeometricHarveyShack, PerfectMirrorFillsTheRingAsAConeOfRays) {
 }
 
 TEST(GeometricHarveyShack, MeanScatterAngleMatchesTheAngularIntegralOfTheGaussian) {
-  // The mean length of N(0, diag(a^2, b^2)) is sqrt(pi/2)/(2 pi) int sqrt(a^2 cos^2 + b^2 sin^2); here over a
-  // fast f/1 parabola.
+  // The mean length of N(0, diag(a^2, b^2)) is sqrt(pi/2)/(2 pi) int sqrt(a^2 cos^2 + b^2 sin^2).
   const double s = 1e-5, f = 0.4, radius = 0.2;
   const GeometricHarveyShack paper({f, -1, {}}, CircleAperture{2 * radius}, s, Convention::kPaper, 0.0);
   double sum = 0;
@@ -260,8 +255,7 @@ TEST(GeometricHarveyShack, PaperConventionHalvesHeightAndDeflection) {
 }
 
 TEST(GeometricHarveyShack, LandingDerivativesMatchTheTraceForAnyMirror) {
-  // The mean square distance from the nominal landing per unit slope, from central differences of the exact
-  // trace.
+  // Mean square distance from the nominal landing point per unit slope, by differences of the exact trace.
   const double s = 1e-6, step = 1e-6;
   for (const Mirror& mirror :
        {Mirror{0.5, -1, {}}, Mirror{0.5, 0, {}}, Mirror{0.5, -2.5, {}}, Mirror{0.5, -1, {0.05, 0.01}}})
@@ -289,8 +283,7 @@ TEST(GeometricHarveyShack, LandingDerivativesMatchTheTraceForAnyMirror) {
 }
 
 TEST(GeometricHarveyShack, RectangleAndPolygonAgreeWithRandomRays) {
-  // Physical convention, first order is exact to 4.6 s^2 = 1e-9; half a million random rays with the law of
-  // reflection.
+  // The first order is exact to 4.6 s^2 = 1e-9. Reference: random rays with the law of reflection.
   const double s = 1.5e-5;
   const int n = 500000;
   const RandomStream place(3, "RectangleAndPolygon place"), tilt(3, "RectangleAndPolygon tilt");
@@ -321,8 +314,8 @@ TEST(GeometricHarveyShack, RectangleAndPolygonAgreeWithRandomRays) {
 }
 
 TEST(GeometricHarveyShack, FindsTheBestRingPlaneOfASphereAwayFromTheParaxialFocus) {
-  // Third-order spherical aberration of a sphere: marginal focus R^2/(8 f) inside the paraxial one; the
-  // narrowest waist is at three quarters of that. For a small ring the best plane lies between.
+  // Third-order spherical aberration of a sphere: the marginal focus lies R^2/(8 f) inside the paraxial one,
+  // the narrowest waist at three quarters of that. The best plane of a small ring lies between.
   const double f = 2.8, radius = 0.1;
   const GeometricHarveyShack model({f, 0, {}}, CircleAperture{2 * radius}, 1e-6, Convention::kPhysical, 0.0);
   const double marginal = radius * radius / (8 * f);
@@ -348,8 +341,7 @@ TEST(GeometricHarveyShack, SpotWidthAddsTheBandwidthInQuadrature) {
 }
 
 TEST(GeometricHarveyShack, SpotWidthOfAnAberratedMirrorMatchesAHistogramOfTheProfile) {
-  // Second method: the profile of a sphere's spot from half a million Gaussian-smeared nominal rays on a
-  // uniform polar grid.
+  // Second method: the profile of a sphere's spot from blurred nominal rays on a uniform polar grid.
   const double f = 2.8, radius = 0.1, s = 2e-6;
   const Mirror sphere{f, 0, {}};
   const GeometricHarveyShack model(sphere, CircleAperture{2 * radius}, s, Convention::kPhysical, 0.0);
@@ -376,11 +368,10 @@ TEST(GeometricHarveyShack, SpotWidthOfAnAberratedMirrorMatchesAHistogramOfThePro
   for (int i = 0; i <= 200; ++i) most = std::max(most, profile(span * i / 200));
   double low = 0, high = span;
   for (int i = 0; i < 40; ++i) (profile(0.5 * (low + high)) > 0.5 * most ? low : high) = 0.5 * (low + high);
-  EXPECT_NEAR(model.spot_fwhm(0.0) / (2 * low), 1.0, 1e-4);  // midpoint rings and the grid of the maximum
+  EXPECT_NEAR(model.spot_fwhm(0.0) / (2 * low), 1.0, 1e-4);  // error of midpoint rings and grid
 }
 
-// Z4 makes of a parabola another one, 1/(4f') = 1/(4f) + 2 sqrt(3) a/R^2, moved by -sqrt(3) a (and the
-// theory has nothing but the shape of the mirror).
+// Z4 turns a parabola into another one, 1/(4f') = 1/(4f) + 2 sqrt(3) a/R^2, moved by -sqrt(3) a.
 TEST(GeometricHarveyShack, KnownDefocusIsTheOtherParabola) {
   const Aperture circle = CircleAperture{0.4};
   constexpr double kHeight = -2e-6, kRadius = 0.2, kSlope = 1e-5;
@@ -396,7 +387,7 @@ TEST(GeometricHarveyShack, KnownDefocusIsTheOtherParabola) {
     for (const double p : {0.3, 0.9})
       EXPECT_NEAR(known.encircled_energy_radius(p, shift + dz) / other.encircled_energy_radius(p, dz), 1,
                   1e-9);
-  // What depends on the azimuth has no place in it and is left to drawn rays.
+  // The theory leaves out terms that depend on the azimuth; random rays include them.
   mirror.zernike.push_back({{2, 2}, 1e-6});
   const GeometricHarveyShack with_astigmatism(mirror, circle, kSlope, Convention::kPhysical, 0);
   EXPECT_EQ(with_astigmatism.encircled_energy(3e-5, 1e-3), known.encircled_energy(3e-5, 1e-3));

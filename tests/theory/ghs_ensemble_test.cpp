@@ -20,12 +20,12 @@ const Mirror kParabola{2.8, -1, {}};
 constexpr double kDiameter = 0.4;
 constexpr double kLambda = 632.8e-9;
 constexpr int kCells = 96;         // across the diameter
-constexpr int kGrid = 2 * kCells;  // so that |transform|^2 holds the whole autocorrelation
+constexpr int kGrid = 2 * kCells;  // |transform|^2 then holds the whole autocorrelation
 constexpr double kPitch = kDiameter / kCells;
 constexpr int kDraws = 200;
 constexpr double kStandardErrors = 4;
-// pi N of pi N^2/4 cells are cut by the edge, and an amplitude `cover` in place of a cut cell loses cover -
-// cover^2 = 1/6 of its light on average, which changes the rim's part of the pattern by as much.
+// The edge cuts pi N of pi N^2/4 grid cells. A cut cell with the amplitude `cover` loses cover - cover^2 =
+// 1/6 of its energy on average, which changes the rim's part of the pattern by as much.
 constexpr double kEdge = 4.0 / 6 / kCells;
 
 using Complex = std::complex<double>;
@@ -49,7 +49,7 @@ class Transform {
 
 double position(int cell) { return (cell + 0.5 - 0.5 * kCells) * kPitch; }
 
-// Share of each cell inside the circle.
+// Fraction of each grid cell inside the circle.
 std::vector<double> circle_cover() {
   std::vector<double> cover(std::size_t(kCells) * kCells);
   constexpr int kParts = 16;
@@ -65,7 +65,7 @@ std::vector<double> circle_cover() {
   return cover;
 }
 
-// Weights w of the samples of |transform|^2 so that sum w I / sum I is the exact light within `radius`:
+// Weights w of the samples of |transform|^2 such that sum w I / sum I is the energy within `radius`: the
 // transform of r J1(2 pi r x/(lambda f)) / (x/(lambda f)) over the shears x.
 std::vector<double> disc_weights(double radius, Transform* transform) {
   const double scale = kLambda * kParabola.focal_length;
@@ -110,8 +110,7 @@ TEST_WITH_SHORT_FORM(GhsEnsemble, MeanOfTwoHundredDiffractionPatternsAgrees) {
       radii.push_back(spot.encircled_energy_radius(fraction));
       weights.push_back(disc_weights(radii.back(), &transform));
     }
-    // Shares of one surface; without a surface (draw < 0) those of the perfect aperture, whose staircase edge
-    // the differences then hold no more.
+    // Energies of one surface, or (draw < 0) of the perfect aperture, which has the same staircase edge.
     const auto shares = [&](int draw) {
       HeightMap surface;
       if (draw >= 0) {

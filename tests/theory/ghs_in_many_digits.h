@@ -8,8 +8,8 @@
 #include <functional>
 #include <vector>
 
-// Generalised Harvey-Shack of a circle written anew in any real type, from PHYSICS 3 and 6 alone: nothing is
-// interpolated, no panel is chosen by what is integrated.
+// Generalised Harvey-Shack for a circle in any real type, written independently from PHYSICS 3 and 6. Nothing
+// is interpolated and no panel adapts to the integrand.
 namespace aberfit::many_digits {
 
 template <class Real>
@@ -37,7 +37,7 @@ Real pi() {
   return boost::math::constants::pi<Real>();
 }
 
-/// 1 - J0(z), without losing the digits of a small z.
+/// 1 - J0(z), accurate for small z.
 template <class Real>
 Real one_minus_j0(const Real& z) {
   if (z > 1) return 1 - boost::math::cyl_bessel_j(0, z);
@@ -50,18 +50,18 @@ Real one_minus_j0(const Real& z) {
   return sum;
 }
 
-/// A roughness by what light asks of it.
+/// The properties of a roughness that the theory needs.
 template <class Real>
 struct Roughness {
   std::function<Real(const Real& x)> half_structure;  ///< C(0) - C(x) [m^2]
   Real slope_variance;                                ///< of both axes
 };
 
-/// Of any S over [f_min, f_max], cut at `bends`; cycles: f_max times the largest shear.
+/// The roughness of any S over [f_min, f_max], cut at `edges`; cycles: f_max times the largest shear.
 template <class Real>
 Roughness<Real> by_quadrature(const std::function<Real(const Real&)>& psd, std::vector<Real> edges,
                               double cycles) {
-  std::vector<Node<Real>> weighted;  // of d2f S
+  std::vector<Node<Real>> weighted;  // weights of d2f S
   Real slope = 0;
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
     const double octaves = std::log2(double(edges[i + 1] / edges[i]));
@@ -86,7 +86,7 @@ struct Scene {
   double focal_length, diameter, wavelength;
 };
 
-/// The radius with a share of the light, from the share and its derivative: Newton's method from `guess`.
+/// The radius with a given fraction, by Newton from `guess`. shares: the fraction and its derivative.
 template <class Real, class Shares>
 Real radius_of(const Shares& shares, const Real& fraction, const Real& guess) {
   Real r = guess;
@@ -99,7 +99,7 @@ Real radius_of(const Shares& shares, const Real& fraction, const Real& guess) {
   return r;
 }
 
-/// The paraxial form (textbook): shears x = D cos(theta), in which the overlap of circles is analytic.
+/// The paraxial form (textbook), over shears x = D cos(theta), for which the overlap of circles is analytic.
 template <class Real>
 class Paraxial {
  public:
@@ -117,14 +117,14 @@ class Paraxial {
   Real radius(const Real& fraction, const Real& dz, const Real& guess) const {
     return radius_of<Real>([&](const Real& r) { return shares(r, dz); }, fraction, guess);
   }
-  /// Light in a square: EE where its edge cuts circles, side/(2 cos t), in the mean over t.
+  /// Energy in a square: the mean over t of EE at side/(2 cos t), where its edge cuts circles.
   Real ensquared(const Real& side, const Real& dz) const {
     Real sum = 0;
     for (const Node<Real>& t : nodes<Real>(Real(0), pi<Real>() / 4, 1))
       sum += t.weight * encircled(side / (2 * cos(t.x)), dz);
     return 4 * sum / pi<Real>();
   }
-  /// The transfer function's integral over that of the perfect circle.
+  /// The integral of the transfer function over that of the perfect circle.
   Real strehl() const {
     Real sum = 0, perfect = 0;
     for (const Shear& one : shear_) {
@@ -134,13 +134,13 @@ class Paraxial {
     }
     return sum / perfect;
   }
-  /// The transfer function at a frequency of the image.
+  /// The transfer function at an image frequency.
   Real modulation(const Real& frequency) const {
     const Real x = frequency * scene_.wavelength * scene_.focal_length, s = x / scene_.diameter,
                k = 4 * pi<Real>() / scene_.wavelength;
     return overlap({acos(s), s, 0, 0, 0}, 0) * exp(-k * k * half_structure_(x));
   }
-  /// Where N(z) is largest, near the focus: vertices of parabolas a fiftieth of `depth` wide.
+  /// Plane of the largest N(z) near the focus, from vertices of parabolas of width depth/50.
   Real peak_plane(const Real& ring, const Real& depth) const {
     const Real h = depth / 100;
     Real z = 0;
@@ -150,7 +150,7 @@ class Paraxial {
     }
     return z;
   }
-  /// Where N(z) is half of that, near `guess` at one side: secants.
+  /// Plane of half that value, near `guess` on one side, by secants.
   Real half_plane(const Real& ring, const Real& guess) const {
     const Real half = encircled(ring, peak_plane(ring, guess)) / 2;
     Real a = guess, b = guess * Real(1.001), at_a = encircled(ring, a) - half;
@@ -186,7 +186,7 @@ class Paraxial {
     }
     return w / (pi<Real>() * nu);
   }
-  /// Of the height about its mean over the aperture.
+  /// RMS height about its mean over the aperture.
   Real rms_height() const {
     Real sum = 0;
     for (const Shear& one : shear_) sum += one.weight * one.less * overlap(one, 0) * one.s;
@@ -198,7 +198,7 @@ class Paraxial {
   struct Shear {
     Real theta, s, weight, transfer, less;
   };
-  // OTF of the circle with the phase of the defocus, u = R cos(phi) - x/2 along the shear.
+  // OTF of the circle with the phase of the defocus; u = R cos(phi) - x/2 along the shear.
   Real overlap(const Shear& one, const Real& dz) const {
     if (dz == 0) return 2 / pi<Real>() * (one.theta - sin(one.theta) * cos(one.theta));
     const Real f = scene_.focal_length, R = Real(scene_.diameter) / 2, x = 2 * R * one.s;
@@ -238,7 +238,7 @@ class Paraxial {
   mutable Real dz_ = 0;
 };
 
-/// Nodes between each two of `edges`, in an angle that makes roots at the edges smooth.
+/// Nodes between each two of `edges`, in an angle that makes square roots at the edges smooth.
 template <class Real>
 std::vector<Node<Real>> nodes_between(std::vector<Real> edges, int panels) {
   std::sort(edges.begin(), edges.end());
@@ -252,7 +252,7 @@ std::vector<Node<Real>> nodes_between(std::vector<Real> edges, int panels) {
   return result;
 }
 
-/// Overlap of an annulus with itself sheared by x, with the phase cos(turn u) along the shear, over its area.
+/// Overlap of an annulus with its copy at shear x, with the phase cos(turn u) along the shear, over its area.
 template <class Real>
 Real annulus_overlap(const Real& outer, const Real& inner, const Real& x, const Real& turn) {
   const Real end = outer - x / 2;
@@ -271,10 +271,10 @@ Real annulus_overlap(const Real& outer, const Real& inner, const Real& x, const 
   return 4 * sum / (pi<Real>() * (outer * outer - inner * inner));
 }
 
-/// The same of a rectangle, averaged over the directions of the shear.
+/// The same for a rectangle, averaged over the directions of the shear.
 template <class Real>
 Real rectangle_overlap(const Real& width, const Real& height, const Real& x, const Real& turn_per_shear) {
-  // int cos(k a t) dt over the |t| < (side - a)/2 that both have
+  // int cos(k a t) dt over the common |t| < (side - a)/2
   const auto along = [&](const Real& side, const Real& a) {
     const Real z = turn_per_shear * a * (side - a) / 2;
     return Real((side - a) * (abs(z) < 1e-9 ? Real(1 - z * z / 6) : Real(sin(z) / z)));
@@ -287,12 +287,12 @@ Real rectangle_overlap(const Real& width, const Real& height, const Real& x, con
   return 2 * sum / (pi<Real>() * width * height);
 }
 
-/// The paraxial form of any aperture: E(r) in any plane, from its overlap at shear x and defocus dz.
+/// The paraxial form for any aperture: E(r) in any plane, from the overlap at shear x and defocus dz.
 template <class Real>
 class ParaxialOf {
  public:
   using Overlap = std::function<Real(const Real& x, const Real& turn_per_shear)>;
-  /// edges: of the pieces in which the overlap is smooth, from 0 to the largest shear.
+  /// edges: ends of the pieces in which the overlap is smooth, from 0 to the largest shear.
   ParaxialOf(const Scene& scene, const std::vector<Real>& edges, const Overlap& overlap, const Real& area,
              const Roughness<Real>& roughness)
       : scene_(scene), overlap_(overlap), area_(area) {
@@ -347,8 +347,7 @@ class ParaxialOf {
   mutable Real dz_ = 0;
 };
 
-/// The aperture-exact form of a parabola (PHYSICS 6): E(r) in any plane, with what is left of the coherence
-/// between the two points of a pair, wherever they lie; `variance` [m^2] of the heights.
+/// The aperture-exact E(r) of a parabola (PHYSICS 6) by pairs of points. variance: of the heights [m^2].
 template <class Real>
 class Exact {
  public:
@@ -409,11 +408,11 @@ class Exact {
         result.push_back({(1 + sign * Rule::abscissa()[k]) / 2, Rule::weights()[k] / 2});
     return result;
   }
-  std::vector<Node<Real>> shear_;  // of x over the cutoff
+  std::vector<Node<Real>> shear_;  // over the shear in units of the cutoff
   Real per_radius_;
 };
 
-/// dF/d ln p by differences of sixth order: h^6/140 of the seventh derivative off.
+/// dF/d ln p by sixth-order differences; the error is h^6/140 times the seventh derivative.
 template <class Real, class Function>
 Real log_derivative(const Function& f, const Real& step) {
   const auto difference = [&](int k) { return f(exp(k * step)) - f(exp(-k * step)); };

@@ -41,7 +41,7 @@ double beyond_one(double z) {
   return sum;
 }
 
-// Half the structure function of the phase between f_min and f_max; full less what lies outside.
+// Half the structure function of the phase between f_min and f_max: the full one less the part outside.
 struct Turbulence {
   double r0, f_min, f_max;
 
@@ -58,7 +58,7 @@ struct Turbulence {
     return value;
   }
 
-  // Share within r = a lambda f / r0 behind a circle of diameter D.
+  // Fraction within r = a lambda f / r0 behind a circle of diameter D.
   struct Node {
     double x, weight;
   };
@@ -70,7 +70,7 @@ struct Turbulence {
     for (double to = std::min(1e-3 / f_max, 1e-6 * end); from < end; to = std::min(1.12 * to, end)) {
       for (int k = 0; k < 16; ++k) {
         double x = from + (to - from) * rule.nodes[k], weight = (to - from) * rule.weights[k];
-        if (to == D) {  // the root at the cutoff
+        if (to == D) {  // square root at the cutoff
           x = to - (to - from) * rule.nodes[k] * rule.nodes[k];
           weight *= 2 * rule.nodes[k];
         }
@@ -90,8 +90,8 @@ double share(const std::vector<Turbulence::Node>& nodes, double radius_over_wave
   return k * sum;
 }
 
-constexpr double kLambda = 1e-6, kFocal = 1e9, kDiameter = 1e6;  // metres; 1/(32 N^2) = 3e-8
-constexpr double kAgreed = 1e-6;                                 // of the light; worst seen is recorded
+constexpr double kLambda = 1e-6, kFocal = 1e9, kDiameter = 1e6;  // [m]; 1/(32 N^2) = 3e-8
+constexpr double kAgreed = 1e-6;                                 // of the energy
 
 GeneralisedHarveyShack model(const Turbulence& one, double D, double focal, double lambda) {
   const double amplitude = kPhase * std::pow(one.r0, -5.0 / 3) * std::pow(lambda / (4 * pi), 2);
@@ -102,7 +102,7 @@ GeneralisedHarveyShack model(const Turbulence& one, double D, double focal, doub
 }  // namespace
 
 TEST(GhsKolmogorov, TheTwoFormsOfTheTestsOwnIntegralAgree) {
-  // Power series below, integration by parts above; full less the part above 1 is the part below 1.
+  // Power series below, integration by parts above: full less above 1 is below 1.
   const double whole = kHalf / (2 * pi * kPhase) * std::pow(2 * pi, -5.0 / 3);  // int_0^inf, times z^(5/3)
   for (const double z : {45.0, 59.0})
     EXPECT_NEAR(below_one(z) / (whole * std::pow(z, 5.0 / 3) - 0.6 + beyond_one(z)), 1, 1e-9) << z;
@@ -128,8 +128,8 @@ TEST(GhsKolmogorov, OfAFiniteApertureMeetsItsIntegralAtAnyStrengthOfTurbulence) 
 }
 
 TEST(GhsKolmogorov, OfAWideApertureHasTheRadiiOfAnInfiniteOne) {
-  // Multiprecision, of an infinite aperture (PHYSICS 6), in lambda f / r0. A finite one moves them by less
-  // than 1e-4 from D/r0 = 1e4, the missing frequencies above f_max r0 = 1e3 by less, too.
+  // Multiprecision values for an infinite aperture (PHYSICS 6), in lambda f / r0. A finite aperture moves
+  // them by less than 1e-4 from D/r0 = 1e4 on, and the missing frequencies above f_max r0 = 1e3 by less, too.
   for (const double ratio : {1e4, 1e5})
     for (const double cycles : {1e3, 1e4}) {
       const double D = kDiameter, r0 = D / ratio;
@@ -141,7 +141,7 @@ TEST(GhsKolmogorov, OfAWideApertureHasTheRadiiOfAnInfiniteOne) {
 }
 
 TEST(GhsKolmogorov, OfATwelveMetreDishMeetsItsIntegralWithItsOwnBand) {
-  // 12 m f/1400, where direction is place, 400 nm, S = A f^(-11/3) from one cycle across the aperture.
+  // 12 m f/1400, where direction equals position, 400 nm, S = A f^(-11/3) from one cycle across the aperture.
   const double amplitude = 2.3015423192539257e-13, lambda = 400e-9, D = 12, focal = 16800;
   const double r0 = std::pow(kPhase / (amplitude * std::pow(4 * pi / lambda, 2)), 0.6);
   for (const double f_max : {3e4, 1e5, 1e6}) {

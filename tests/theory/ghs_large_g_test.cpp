@@ -14,9 +14,9 @@ using std::numbers::pi;
 
 namespace {
 
-// First order in the surface slope s, exact in the aperture, written anew: t = r/2f; nominal offset (dz/f)
-// r/(1 - t^2), tangential standard deviation 2 f s u and radial 2 f s u (1 + t^2)/(1 - t^2), u = 1 + dz/(f (1
-// - t^2)).
+// First order in the surface slope s, exact in the aperture, written independently. t = r/2f, nominal offset
+// (dz/f) r/(1 - t^2). Standard deviations: tangential 2 f s u, radial 2 f s u (1 + t^2)/(1 - t^2), u = 1 +
+// dz/(f (1 - t^2)).
 struct Rays {
   double f, inner, outer, slope;
 
@@ -67,7 +67,7 @@ TEST(GhsLargeG, TheTestsOwnIntegralMeetsTheGoldenRadii) {
 
 TEST_WITH_SHORT_FORM(GhsLargeG, OfAnyApertureInAndOutOfFocusIsGeometric) {
   // g = 1500: the structure function is quadratic over the spot to 1/g^2, and diffraction at the edges
-  // spreads some 1e-5 of the light. Worst seen 2.2e-4, with the plane a fifth of f away.
+  // spreads about 1e-5 of the energy. Largest error seen 2.2e-4, in a plane f/5 from the focus.
   constexpr double kG = 1500, kShare = 5e-4, kLambda = 632.8e-9, kDiameter = 0.4;
   const double sigma = kG * kLambda / (4 * pi), l = 0.05;
   const RadialPsd psd(GaussianPsd{sigma, l});

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kLambda = 632.8e-9;
 
-// Every statistic of a scene ends, and its encircled energies are shares.
+// Every statistic of a scene returns, and its encircled energies lie in [0, 1].
 void expect_an_answer(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture, double wavelength,
                       const GhsOptions& options) {
   const GeneralisedHarveyShack waves(psd, mirror, aperture, wavelength, options);
@@ -49,23 +49,22 @@ TEST_WITH_SHORT_FORM(GhsLimits, MillimetreMirrorsAndCentimetreWavesEnd) {
 }
 
 TEST(GhsLimits, FarDefocusGoesOverIntoTheClosedFormWithoutAStep) {
-  // Both sides of the turn from which the overlap is in closed form: E at fixed shares of the geometric blur.
+  // Both sides of the switch between the two forms of the overlap, at fractions of the geometric blur.
   const Mirror mirror{1.2, -1, {}};  // f/3
   const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-12, 0.01}), mirror, CircleAperture{0.4},
                                       kLambda);
-  // Phase across the overlap turns by 2 pi R^2 |dz|/(2 lambda f^2) or so.
+  // The phase across the overlap changes by about 2 pi R^2 |dz|/(2 lambda f^2).
   const double near = 1400 * kLambda * 72 / (2 * pi), far = 1600 * kLambda * 72 / (2 * pi);
   const MeanSpot direct = smooth.at_plane(near), closed = smooth.at_plane(far);
   for (const double part : {0.3, 0.6, 0.8, 1.2}) {
-    const double blur = 0.2 / 1.2;  // of dz, paraxial
+    const double blur = 0.2 / 1.2;  // over dz, paraxial
     EXPECT_NEAR(direct.encircled_energy(part * near * blur), closed.encircled_energy(part * far * blur), 4e-4)
         << part;
   }
 }
 
 TEST(GhsLimits, TheMeanOverTheApertureInterpolatesAnOrderFurtherAsTheMirrorGetsFaster) {
-  // One plane of a fast mirror by brute force: the overlap integral with H in it, on a fine grid of
-  // midpoints.
+  // One plane of a fast mirror by brute force: the overlap integral with H on a fine grid of midpoints.
   const double f = 0.5, R = 0.2, sigma = 1.3 * kLambda / (4 * pi), l = 0.06;  // f/1.25
   const GeneralisedHarveyShack waves(RadialPsd(GaussianPsd{sigma, l}), Mirror{f, -1, {}},
                                      CircleAperture{2 * R}, kLambda);
@@ -89,6 +88,6 @@ TEST(GhsLimits, TheMeanOverTheApertureInterpolatesAnOrderFurtherAsTheMirrorGetsF
         const double phase = 2 * pi / kLambda * dz / (1 + dz / f) * (c2 - c1);
         sum += amplitude(c1) * amplitude(c2) * std::cos(phase) * std::exp(exponent);
       }
-    EXPECT_NEAR(waves.transfer(x, dz), sum / all, 1e-4) << x;  // cells at the rim
+    EXPECT_NEAR(waves.transfer(x, dz), sum / all, 1e-4) << x;  // grid cells at the rim
   }
 }

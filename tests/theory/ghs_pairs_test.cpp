@@ -1,7 +1,6 @@
-// Mean spots of rough mirrors against the double integral that they are an integral of: over all pairs of
-// points of the aperture, with the coherence that the roughness leaves between the two where they lie. Theory
-// has the pair's middle and shear alone, to the second order in the shear; it is asked here where that is
-// hardest, of fast mirrors with few cycles across.
+// Mean spots of rough mirrors against the double integral over all pairs of aperture points, with the
+// coherence at their own positions. The theory uses only the midpoint and the shear of a pair, to the second
+// order in the shear. Fast mirrors with few cycles across are the hardest case.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,8 +17,7 @@
 namespace aberfit {
 namespace {
 
-/// A point of a parabola: pupil coordinate P = f sin(theta), place on the mirror, q = 1/(1 + t^2) = cos^2 of
-/// theta/2 (PHYSICS 6).
+/// A point of a parabola: P = f sin(theta), position, q = 1/(1 + t^2) = cos^2(theta/2) (PHYSICS 6).
 struct MirrorPoint {
   double pupil, place, q;
 };
@@ -27,7 +25,7 @@ double apart2(double one, double two, double cosine) {
   return one * one + two * two - 2 * one * two * cosine;
 }
 
-/// Mean of exp(i (phase - phase)) of two points that lie at an angle of this cosine about the axis.
+/// Mean of exp(i (phase - phase)) for two points at an angle of this cosine about the axis.
 using Coherence = std::function<double(const MirrorPoint&, const MirrorPoint&, double cosine)>;
 
 // Gaussian autocorrelation, k = 4 pi/lambda.
@@ -38,15 +36,14 @@ Coherence of_gaussian(double k, double rms, double length) {
   };
 }
 
-// A mirror that is tilted as a whole by angles of this standard deviation in either axis: its phase is
-// k q (s . r) = k (s . P).
+// A mirror with a random tilt of this deviation in either axis: phase k q (s . r) = k (s . P).
 Coherence of_tilts(double k, double slope) {
   return [=](const MirrorPoint& a, const MirrorPoint& b, double cosine) {
     return std::exp(-0.5 * std::pow(k * slope, 2) * apart2(a.pupil, b.pupil, cosine));
   };
 }
 
-// Light even on the mirror, c = cos(theta).
+// Even illumination of the mirror, c = cos(theta).
 class LightByPairs {
  public:
   LightByPairs(double f, double radius, double inner, double wavelength, const Coherence& coherence)
@@ -123,8 +120,7 @@ TEST_WITH_SHORT_FORM(GhsPairs, MeanSpotsOfFastMirrorsAreThoseOfAllPairsOfPoints)
   }
 }
 
-// Waves much longer than the aperture tilt it, and lift it, which moves no light: of the same slopes,
-// whatever their heights, the light of a tilted mirror. With the heights there is none left.
+// Waves much longer than the aperture only tilt it: the spot depends on their slopes, not on heights.
 TEST_WITH_SHORT_FORM(GhsPairs, WavesLongerThanTheApertureTiltIt) {
   constexpr double kAcross = 0.2, kWave = 1e-6, kSlope = 4e-6;
   for (const double f_number : aberfit::test::all_or_few(whole, std::vector{1.0, 1.5, 3.0}, {0})) {
@@ -144,8 +140,7 @@ TEST_WITH_SHORT_FORM(GhsPairs, WavesLongerThanTheApertureTiltIt) {
   }
 }
 
-// A power law of the tilts that an atmosphere makes, whose lowest frequency is let go: what is left out on
-// the way are tilts, as (f_min D)^(1/3). With the height of all waves 0.3 of the light would be 0.06 at 1e-5.
+// The lowest frequency of a power law goes to 0: the tilts left out fall as (f_min D)^(1/3).
 TEST(GhsPairs, ALowestFrequencyFarBelowTheApertureIsNone) {
   constexpr double kAcross = 0.2, kWave = 1e-6;
   const auto light = [&](double f_min) {

@@ -12,7 +12,7 @@
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "height_between.h"
 
-// Generalised Harvey-Shack against the mean of diffraction patterns of drawn surfaces, sampled in the
+// Generalised Harvey-Shack against the mean of diffraction patterns of random surfaces, sampled in the
 // direction cosines of the focal plane: |transform|^2 of sqrt(dr^2/dp^2) exp(i phase) on a grid of P = f p.
 
 using namespace aberfit;
@@ -21,11 +21,11 @@ using std::numbers::pi;
 namespace {
 
 constexpr double kLambda = 632.8e-9;
-constexpr int kCells = 96, kGrid = 2 * kCells;  // so that |transform|^2 holds the whole autocorrelation
+constexpr int kCells = 96, kGrid = 2 * kCells;  // |transform|^2 then holds the whole autocorrelation
 constexpr int kDraws = 200;
 constexpr double kStandardErrors = 4;
-// Cells that the edge cuts: an amplitude `cover` in place of a cut cell loses cover - cover^2 = 1/6 of its
-// light, and hexagon and annulus have up to 1.6 times as many of them for their area as a circle.
+// A grid cell that the edge cuts has the amplitude `cover` and loses cover - cover^2 = 1/6 of its energy on
+// average. Hexagon and annulus have up to 1.6 times as many for their area as a circle.
 constexpr double kEdge = 1.6 * 4.0 / 6 / kCells;
 
 using Complex = std::complex<double>;
@@ -53,7 +53,7 @@ struct Scene {
   std::function<double(double, double)> departure = {};
 };
 
-// The pupil on cells of P.
+// The pupil on a grid of P.
 struct Pupil {
   double pitch = 0;
   std::vector<double> x, y, amplitude, phase, path;  // on the mirror; path: phase per height
@@ -93,7 +93,7 @@ struct Pupil {
   }
 };
 
-// Weights w of the samples of |transform|^2 so that sum w I / sum I is the light within `radius`.
+// Weights w of the samples of |transform|^2 such that sum w I / sum I is the energy within `radius`.
 std::vector<double> disc_weights(double radius, double pitch, double scale, Transform* transform) {
   for (int i = 0; i < kGrid; ++i)
     for (int j = 0; j < kGrid; ++j) {
@@ -179,7 +179,7 @@ PolygonAperture hexagon(double radius) {
 }  // namespace
 
 TEST(GhsPupilEnsemble, OfASphere) {
-  // f/1.5; 0.9 um of sag off the parabola at the rim.
+  // f/1.5; the sag differs from the parabola by 0.9 um at the rim.
   expect_mean_of_draws({{4.8e-3, 0, {}}, CircleAperture{3.2e-3}, 0}, 1.0, 100);
 }
 

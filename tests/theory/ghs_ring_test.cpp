@@ -1,4 +1,4 @@
-// Through-focus widths of mirrors that have aberrations: theory's against those of a diffraction grid.
+// Through-focus widths of mirrors with aberrations: theory against a diffraction grid.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,11 +36,10 @@ Mirror with_zernikes(double defocus, double coma, double spherical) {
   return mirror;
 }
 
-// The peak of N(z) lies where the aberrations put it, not in the paraxial focus: half of what the ring holds
-// there made theory's width up to a quarter of it wrong.
+// The peak of N(z) lies where the aberrations put it, not in the paraxial focus.
 TEST_WITH_SHORT_FORM(GhsRing, WidthIsBetweenTheHalvesOfThePeakWhereverItLies) {
   const Aperture circle = CircleAperture{kDiameter}, annulus = AnnulusAperture{kDiameter, 0.08};
-  // Light's path is 0.29 waves off at the rim.
+  // The path differs by 0.29 waves at the rim.
   const Mirror conic{kFocal, -0.9};
   for (const double share : aberfit::test::all_or_few(whole, std::vector{0.5, 0.8}, {1})) {
     const RingFwhm ring{share, {}};
@@ -51,12 +50,12 @@ TEST_WITH_SHORT_FORM(GhsRing, WidthIsBetweenTheHalvesOfThePeakWhereverItLies) {
     const Mirror turned = with_zernikes(60e-9, 40e-9, -30e-9);
     SCOPED_TRACE(share);
     EXPECT_NEAR(by_theory(turned, circle, ring) / on_grid(turned, circle, ring), 1, 3e-3);
-    // Nothing moves without them.
+    // Without aberrations nothing moves.
     EXPECT_NEAR(by_theory(Mirror{kFocal}, circle, ring) / on_grid(Mirror{kFocal}, circle, ring), 1, 3e-3);
   }
 }
 
-// N(z) of a perfect mirror, looked at in 200 planes.
+// N(z) of a perfect mirror, sampled in 200 planes.
 class ByLommel {
  public:
   ByLommel(double radius, double focal_length, double wavelength, double ring, double inner = 0)
@@ -91,7 +90,7 @@ class ByLommel {
   double a_, f_, wavelength_, ring_, inner_;
 };
 
-// Half of what the ring holds in focus made widths of a quarter of the focal length 0.6 % too large.
+// The peak is not in the focus: half of the value in focus would make widths of f/4 wrong by 0.6 %.
 TEST(GhsRing, ADeepFocusHasItsPeakNearerToTheMirror) {
   constexpr double kLength = 0.15, kInfrared = 4.75e-6, kAcross = 4e-3;
   const RadialPsd none(UniformPsd{1e-6 * kInfrared, 1000, 5000});
@@ -108,8 +107,8 @@ TEST(GhsRing, ADeepFocusHasItsPeakNearerToTheMirror) {
   }
 }
 
-// Of an annulus the focus lies between two peaks where the ring is a dark one: half of what it holds there
-// made widths up to 0.6 % too large, at any depth.
+// Where a ring of an annulus is dark, the focus lies between two peaks. Half of the focal value would make
+// widths wrong by 0.6 %.
 TEST_WITH_SHORT_FORM(GhsRing, OfAnAnnulusThePeakIsTheHigherOfTwo) {
   constexpr double kAcross = 0.1, kGreen = 550e-9;
   const RadialPsd none(UniformPsd{1e-7 * kGreen, 100, 500});
@@ -130,7 +129,7 @@ TEST_WITH_SHORT_FORM(GhsRing, OfAnAnnulusThePeakIsTheHigherOfTwo) {
     }
 }
 
-// Of rings of every radius: a search that ends where its first parabola happens to have its top jumps.
+// The peak must be continuous in the ring radius; a search that stops at the top of its first parabola jumps.
 TEST(GhsRing, ThePeakOfADeepFocusMovesWithTheRing) {
   constexpr double kLength = 0.15, kInfrared = 4.75e-6, kAcross = 3e-3;
   const RadialPsd none(UniformPsd{1e-6 * kInfrared, 1000, 5000});
@@ -147,7 +146,7 @@ TEST(GhsRing, ThePeakOfADeepFocusMovesWithTheRing) {
   }
 }
 
-// Of its own N(z), which others are compared with elsewhere; a rectangle's planes cost seconds.
+// Compares the width with the model's own N(z); a rectangle's planes take seconds.
 TEST(GhsRing, WidthIsBetweenTheHalvesOfWhatTheRingHoldsMost) {
   constexpr double kLength = 0.15, kInfrared = 4.75e-6;
   const RadialPsd rough(UniformPsd{0.05 * kInfrared, 1000, 3000});

@@ -5,8 +5,8 @@
 
 namespace aberfit::test {
 
-/// Height between the points of a map of this pitch [m], the origin in its middle, by Catmull-Rom splines:
-/// 1e-4 of the RMS for maps of 20 points per correlation length.
+/// Height between the points of a map with this pitch [m] and the origin in its middle, by Catmull-Rom
+/// splines. Error 1e-4 of the RMS for maps of 20 points per correlation length.
 inline double height_between(const HeightMap& map, double pitch, double x, double y) {
   const auto weights = [](double t) {
     return std::array<double, 4>{0.5 * t * (t * (2 - t) - 1), 0.5 * (t * t * (3 * t - 5) + 2),

@@ -1,6 +1,5 @@
-// RMS height about the mean over the aperture, by sums over plane waves in place of the program's transfer
-// function: a wave of amplitude a keeps a^2 (1 - |W|^2) of its variance, W the mean of the wave over the
-// aperture.
+// RMS height about the mean over the aperture, by sums over plane waves in place of a transfer function. A
+// wave of amplitude a keeps a^2 (1 - |W|^2) of its variance, with W its mean over the aperture.
 #include "aberfit/theory/height_on_aperture.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +20,7 @@ using std::numbers::pi;
 double airy(double x) { return x > 1e-8 ? 2 * boost::math::cyl_bessel_j(1, x) / x : 1; }
 double sinc(double x) { return std::abs(x) > 1e-8 ? std::sin(x) / x : 1; }
 
-// |W|^2 in the mean over directions.
+// |W|^2 averaged over direction.
 using MeanOfWave = std::function<double(double f)>;
 MeanOfWave circle(double d) {
   return [=](double f) { return std::pow(airy(pi * f * d), 2); };
@@ -76,15 +75,14 @@ TEST(HeightOnAperture, IsWhatEveryWaveKeepsAboutItsMean) {
       EXPECT_NEAR(rms_height_on(aperture, c.psd) / expected, 1, 1e-5)
           << c.name << ", aperture " << aperture.index();
     }
-  // What that is worth.
   const double sigma = psd_moments(cases[1].psd).rms_height();
   EXPECT_LT(rms_height_on(CircleAperture{0.4}, cases[1].psd), 0.93 * sigma);
   EXPECT_GT(rms_height_on(CircleAperture{0.4}, cases[0].psd), 0.998 * 100e-9);
 }
 
 // Kolmogorov turbulence without an outer scale: half of 6.884 (s/r0)^(5/3), averaged over the distances s of
-// two points of a disc, which is a beta function; 1.0324 (D/r0)^(5/3) rad^2, Noll's (1976) 1.0299 with his
-// rounded constants. The height variance is infinite.
+// two points of a disc (a beta function). The result is 1.0324 (D/r0)^(5/3) rad^2; Noll (1976) has 1.0299
+// with rounded constants. The height variance is infinite.
 TEST(HeightOnAperture, OfKolmogorovTurbulenceIsFinite) {
   constexpr double kDiameter = 0.4, kR0 = 0.1;
   const RadialPsd phase(PowerLawPsd{{},

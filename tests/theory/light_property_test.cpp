@@ -1,5 +1,4 @@
-// Properties of the mean light: against closed forms, against integrals over the plane written anew, and
-// their derivatives against differences and laws.
+// Properties of the mean spot, and their derivatives, against closed forms and independent integrals.
 #include "aberfit/theory/light_property.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +23,7 @@ using boost::math::cyl_bessel_j;
 using std::numbers::pi;
 using Gauss = boost::math::quadrature::gauss<double, 30>;
 
-// f/500: the exact form is the textbook's to 1/(32 N^2) = 1.3e-7, widths to 1/(16 N^2).
+// f/500: the exact form equals the textbook's to 1/(32 N^2) = 1.3e-7, widths to 1/(16 N^2).
 constexpr double kFocal = 100, kDiameter = 0.2, kWavelength = 500e-9;
 constexpr double kAiry = kWavelength * kFocal / kDiameter;  // lambda N [m]
 constexpr double kParaxial = 3e-7;
@@ -51,7 +50,7 @@ double airy_irradiance(double r) {
 
 double airy_transfer(double s) { return 2 / pi * (std::acos(s) - s * std::sqrt(1 - s * s)); }
 
-// Of Gaussian roughness at a shear.
+// Transfer function of Gaussian roughness at a shear.
 double gaussian_transfer(double rms, double length, double x) {
   return std::exp(std::pow(4 * pi * rms / kWavelength, 2) * std::expm1(-std::pow(x / length, 2)));
 }
@@ -73,8 +72,8 @@ TEST(Ensquared, OfAnAiryPatternHoldsItsShareOfTheIrradiance) {
   }
 }
 
-// erf(a/(2 sqrt2 sigma))^2 of a Gaussian spot, 1,000 times as wide as the Airy pattern, whose halo
-// 2/(pi^2 r/lambda N) is what is left.
+// erf(a/(2 sqrt2 sigma))^2 for a Gaussian spot that is 1,000 times as wide as the Airy pattern. Error: its
+// halo 2/(pi^2 r/lambda N).
 TEST(Ensquared, OfAGaussianSpotIsItsClosedForm) {
   const double sigma = 1000 * kAiry, length = 100 * kDiameter;
   const double rms = sigma / (2 * kFocal) * length / std::numbers::sqrt2;
@@ -84,7 +83,7 @@ TEST(Ensquared, OfAGaussianSpotIsItsClosedForm) {
               3e-4);
 }
 
-// int OTF a^2 sinc(a nx) sinc(a ny) d2n, by polar coordinates over the transfer function in closed form.
+// int OTF a^2 sinc(a nx) sinc(a ny) d2n, in polar coordinates over the closed transfer function.
 TEST(Ensquared, OfARoughMirrorIsTheTransformOfItsTransferFunction) {
   const double rms = 40e-9, length = 0.03;
   for (const double fraction : {0.5, 0.9}) {
@@ -104,7 +103,7 @@ TEST(Ensquared, OfARoughMirrorIsTheTransformOfItsTransferFunction) {
   }
 }
 
-// Irradiance is dEE/dr over 2 pi r.
+// The irradiance is dEE/dr over 2 pi r.
 TEST(Irradiance, AndItsSlopeAreDerivativesOfEncircledEnergy) {
   const Mirror mirror{kFocal, -1, {}};
   const GhsPupil pupil(mirror, CircleAperture{kDiameter}, kWavelength);
@@ -121,7 +120,7 @@ TEST(Irradiance, AndItsSlopeAreDerivativesOfEncircledEnergy) {
                 derivative([&](double at) { return spot.irradiance(at); }) * kAiry / top, 1e-9);
   }
   EXPECT_NEAR(spot.irradiance(1e-6 * kAiry) / spot.irradiance(0), 1, 1e-10);
-  // Transfer of both at half of the cutoff: core and all.
+  // Both transfer functions at half of the cutoff, with the core.
   EXPECT_NEAR(spot.transfer(0.5 / kAiry),
               airy_transfer(0.5) * gaussian_transfer(30e-9, 0.03, 0.5 * kDiameter), 1e-6);
 }
@@ -136,7 +135,7 @@ TEST(IrradianceWidth, OfAnAiryPattern) {
   EXPECT_NEAR(value(IrradianceFwhm{}, kNearlyNothing) / (2 * z / pi * kAiry), 1, kParaxial);
 }
 
-// Defocus of one wave has a dark axis: half of the ring about it. Fresnel's integral over the pupil.
+// With one wave of defocus the axis is dark: width of the ring about it, by Fresnel's integral.
 TEST(IrradianceWidth, OfARingIsThatOfItsOuterEdge) {
   const double n = kFocal / kDiameter;
   for (const double waves : {0.3, 1.0, 2.2}) {
@@ -164,14 +163,14 @@ TEST(IrradianceWidth, OfARingIsThatOfItsOuterEdge) {
   }
 }
 
-// Kolmogorov of a structure function 6.88 (x/r0)^(5/3).
+// Kolmogorov turbulence with the structure function 6.88 (x/r0)^(5/3).
 PsdModel turbulence(double r0) {
   const double amplitude = 0.02289558710855518 * std::pow(r0, -5.0 / 3) * std::pow(kWavelength / (4 * pi), 2);
   return PowerLawPsd{{}, amplitude, 11.0 / 3, 0, 1e4 / r0};
 }
 
 TEST(IrradianceWidth, OfALongExposureIsTheSeeing) {
-  // Of an aperture without end, in lambda/r0.
+  // For an infinite aperture, in lambda/r0.
   const auto irradiance = [](double w) {
     return integral(
         [&](double x) {
@@ -184,12 +183,12 @@ TEST(IrradianceWidth, OfALongExposureIsTheSeeing) {
                                                  1.0, boost::math::tools::eps_tolerance<double>(40))
                           .first;
   EXPECT_NEAR(2 * half, 0.976, 5e-4);
-  // The aperture's own transfer falls by 4 x/(pi D): 3 % where D = 20 r0, 1e-3 at 700.
+  // The aperture's own transfer function falls by 4 x/(pi D): 3 % where D = 20 r0, 1e-3 at 700.
   const double wide = value(IrradianceFwhm{}, turbulence(kDiameter / 2000));
   EXPECT_NEAR(wide / (2 * half * kWavelength * kFocal / (kDiameter / 2000)), 1, 1e-3);
 }
 
-// r0^2 of both together over that of the air alone.
+// r0^2 of both together over r0^2 of the air.
 TEST(PointSource, OfATurbulentMirrorIsTheLawOfSumsOfTurbulence) {
   const double air = kDiameter / 1000;
   for (const double ratio : {0.2, 1.0, 3.0}) {  // r0 of the air over that of the mirror
@@ -197,7 +196,7 @@ TEST(PointSource, OfATurbulentMirrorIsTheLawOfSumsOfTurbulence) {
     EXPECT_NEAR(value(PointSourceSensitivity{air}, turbulence(air / ratio)), expected, 2e-3 * expected)
         << ratio;
   }
-  // Scaled from 500 nm: at 1 um the air has 2^(6/5) times as long an r0.
+  // r0 is scaled from 500 nm: at 1 um the air has an r0 that is 2^(6/5) times as long.
   const GhsPupil red(Mirror{kFocal, -1, {}}, CircleAperture{kDiameter}, 2 * kWavelength);
   EXPECT_NEAR(value(PointSourceSensitivity{air}, turbulence(air), red), std::pow(2.0, -6.0 / 5), 3e-3)
       << "a mirror's heights scale as the air's path does";
@@ -220,7 +219,7 @@ TEST(PointSource, OfAMirrorIsTheIntegralOverItsTransferFunction) {
   EXPECT_NEAR(value(PointSourceSensitivity{}, kNearlyNothing), 1, 1e-9);
 }
 
-// Rayleigh-Rice without polarisation: 16 pi^2/lambda^4 S(sin(theta)/lambda) of a smooth surface.
+// Rayleigh-Rice without polarisation: 16 pi^2/lambda^4 S(sin(theta)/lambda) for a smooth surface.
 TEST(PatchScatter, OfASmoothSurfaceIsItsPsd) {
   const PsdModel psd = KCorrelationPsd{1e-10, 1e-3, 2.4};
   const RadialPsd s{psd};
@@ -230,7 +229,7 @@ TEST(PatchScatter, OfASmoothSurfaceIsItsPsd) {
   }
 }
 
-// Of sixth order.
+// A sixth-order difference.
 double log_derivative(const std::function<double(double log)>& f, double h) {
   return (45 * (f(h) - f(-h)) - 9 * (f(2 * h) - f(-2 * h)) + (f(3 * h) - f(-3 * h))) / (60 * h);
 }
@@ -282,7 +281,7 @@ TEST(LightJacobian, OfAFastAnnulusWithAberrationsMeetsDifferencesOfTheTheory) {
   expect_derivatives(KCorrelationPsd{17e-9, 0.3, 3, 1, 100}, pupil, all, 1e-7);
 }
 
-// As statistics and as properties, values and derivatives over the PSD.
+// Statistics and properties must have the same values and derivatives over the PSD.
 TEST(LightJacobian, OfStatisticsIsThatOfTheSameProperties) {
   const PsdModel psd = KCorrelationPsd{50e-9, 0.05, 3, 5, 400};
   const GhsPupil pupil(Mirror{0.6, -1, {}}, AnnulusAperture{0.2, 0.06}, kWavelength);
@@ -297,7 +296,7 @@ TEST(LightJacobian, OfStatisticsIsThatOfTheSameProperties) {
     EXPECT_LT((found.derivatives.row(k) - found.derivatives.row(k + 2)).norm(),
               1e-12 * found.derivatives.row(k).norm());
   }
-  // Of a side that holds 80 %, the square's share answers as the side does.
+  // For the side that holds 80 %, the energy in the square has the matching derivative.
   const LightProperties sides({EnsquaredSide{0.8, 1e-5}}, pupil);
   const double side = sides(GeneralisedHarveyShack(RadialPsd(psd), pupil))[0];
   const PsdJacobian square =

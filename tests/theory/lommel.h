@@ -7,9 +7,9 @@
 
 namespace aberfit::test {
 
-/// Share of a perfect mirror's light inside `ring` [m] in the plane dz [m] from its focus, by Lommel's
-/// integral U(u, v) = int_e^1 2 exp(-i u s^2/2) J0(v s) s ds (Born and Wolf 8.8), e the inner radius of an
-/// annulus over the outer: paraxial, the image as large as its distance makes it.
+/// Fraction of a perfect mirror's energy inside `ring` [m] in the plane dz [m] from its focus, by Lommel's
+/// integral U(u, v) = int_e^1 2 exp(-i u s^2/2) J0(v s) s ds (Born and Wolf 8.8). e is the inner radius of an
+/// annulus over the outer one. Paraxial; the image grows with its distance.
 inline double light_by_lommel(double aperture_radius, double focal_length, double wavelength, double ring,
                               double dz, double inner = 0) {
   constexpr int kRadial = 60, kZones = 80;

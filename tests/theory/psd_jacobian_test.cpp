@@ -1,5 +1,4 @@
-// Derivatives of the theory's statistics over the numbers of a PSD: against differences of the definition
-// written anew in more digits than double has.
+// Derivatives of statistics over the parameters of a PSD, against differences in more digits than double.
 #include "aberfit/theory/psd_jacobian.h"
 
 #include <gtest/gtest.h>
@@ -20,17 +19,17 @@ using namespace aberfit::many_digits;
 
 namespace {
 
-using Wide = long double;  // 64 bits: differences of sixth order by 1e-3 keep 15 digits
+using Wide = long double;  // 64 bits: sixth-order differences by 1e-3 keep 15 digits
 
-// Of d ln(statistic)/d ln(number), beside a floor for those near zero.
+// Allowed error of d ln(statistic)/d ln(parameter), and a floor for values near zero.
 constexpr double kAgreed = 1e-8, kNothing = 1e-2;
 
-// So slow that the paraxial truth is that of the aperture to 1/(32 N^2) = 1.4e-10.
+// So slow that the paraxial truth agrees with the aperture-exact form to 1/(32 N^2) = 1.4e-10.
 const Scene kScene{1500, 0.1, 500e-9};
 constexpr double kOut = 540;  // 0.4 waves of defocus
 constexpr double kRing = 9e-3, kBandwidth = 1.5e-3;
 
-// In light, in planes, across planes, of the surface.
+// Statistics of the focus, of one plane, across planes and of the surface.
 const std::vector<Statistic> kStatistics{EncircledEnergyRadius{0.5, 0},
                                          EncircledEnergyRadius{0.8, kOut},
                                          RingThrough{kRing, 0, false},
@@ -43,12 +42,12 @@ const std::vector<Statistic> kStatistics{EncircledEnergyRadius{0.5, 0},
                                          ModulationTransfer{40},  // 0.3 of the cutoff
                                          EnsquaredThrough{kRing, 0},
                                          EnsquaredThrough{kRing, kOut}};
-// Of rings, whose truth has its peak in the focus, where that of light is not quite: 3e-7.
+// For rings: the truth puts the peak in the focus, which the theory does only to 3e-7.
 const Scene kShallow{150, 0.1, 500e-9};
 constexpr double kAgreedOfRings = 1e-6;
 const std::vector<Statistic> kRings{RingFwhm{0.5, 0.1 * kRing}, RingFwhm{0.5, {}}};
 
-// near: the value in double, where a search starts.
+// near: the value in double, where the search starts.
 template <class Real>
 Real value_in(const Paraxial<Real>& truth, const Statistic& statistic, double near) {
   if (const auto* radius = std::get_if<EncircledEnergyRadius>(&statistic))
@@ -68,7 +67,7 @@ Real value_in(const Paraxial<Real>& truth, const Statistic& statistic, double ne
   if (const auto* transfer = std::get_if<ModulationTransfer>(&statistic))
     return truth.modulation(Real(transfer->frequency));
   if (std::holds_alternative<StrehlRatio>(statistic)) return truth.strehl();
-  // Angles are proportional to the slope, whatever the mirror.
+  // Angles are proportional to the slope, for any mirror.
   return std::holds_alternative<RmsHeight>(statistic) ? truth.rms_height() : truth.rms_slope();
 }
 
@@ -81,7 +80,7 @@ std::vector<Real> values_in(const Paraxial<Real>& truth, const std::vector<Stati
   return all;
 }
 
-/// A model with the same roughness by other means; factors: of its numbers, in the order of psd_variables.
+/// A PSD model and the same roughness written independently. factors: in the order of psd_variables.
 template <class Real>
 struct Family {
   PsdModel model;
@@ -225,7 +224,7 @@ TEST(PsdJacobian, OfASumMeetsDifferencesInMoreDigits) {
        }});
 }
 
-// Bessel functions of the second kind in closed form; the bands are open at both ends.
+// Closed form with Bessel functions of the second kind; the band is open at both ends.
 TEST(PsdJacobian, OfAnOpenKCorrelationMeetsDifferencesOfItsClosedForm) {
   expect_agreement<Wide>(
       {KCorrelationPsd{30e-9, 0.2, 5.3}, [](const std::vector<Wide>& by) {
@@ -240,7 +239,7 @@ TEST(PsdJacobian, OfAnOpenKCorrelationMeetsDifferencesOfItsClosedForm) {
        }});
 }
 
-// Fifty digits, to see that eighteen are enough: a uniform band has J1 alone.
+// Fifty digits confirm that eighteen are enough; a uniform band needs only J1.
 TEST_WITH_SHORT_FORM(PsdJacobian, OfAUniformBandMeetsDifferencesInFiftyDigits) {
   using Fifty =
       boost::multiprecision::number<boost::multiprecision::cpp_bin_float<50>, boost::multiprecision::et_off>;
@@ -282,7 +281,7 @@ TEST_WITH_SHORT_FORM(PsdJacobian, OfAUniformBandMeetsDifferencesInFiftyDigits) {
   }
 }
 
-// In and out of focus, of light that no closed form has.
+// In and out of focus, for spots without a closed form.
 TEST(PsdJacobian, OfAnAnnulusAndOfARectangleMeetsDifferencesInMoreDigits) {
   const auto annulus = [](const Wide& x, const Wide& turn) {
     return annulus_overlap<Wide>(0.05L, 0.018L, x, turn * x);
@@ -350,8 +349,8 @@ TEST(PsdJacobian, OfAnAnnulusAndOfARectangleMeetsDifferencesInMoreDigits) {
   RecordProperty("worst_derivative_in_1e_12", std::to_string(worst * 1e12));
 }
 
-// Polygons have the aperture-exact form alone: against differences of the theory itself, and against the same
-// rectangle, whose moments are means over other directions (kMeanMoments).
+// Polygons have only the aperture-exact form. The references are differences of the theory, and the same
+// rectangle, whose moments average over other directions (kMeanMoments).
 TEST(PsdJacobian, OfAPolygonMeetsDifferencesOfTheTheory) {
   const Mirror mirror{1.2, -1, {}};
   const PsdModel model = KCorrelationPsd{40e-9, 0.06, 3.2, 8, 60};
@@ -378,8 +377,7 @@ TEST(PsdJacobian, OfAPolygonMeetsDifferencesOfTheTheory) {
     }
 }
 
-// The aperture-exact form, of slow mirrors, where the theory's interpolation over the aperture is exact to
-// 1e-10.
+// The aperture-exact form of a slow mirror, where the theory's interpolation is exact to 1e-10.
 TEST(PsdJacobian, OfTheApertureExactFormMeetsDifferencesInMoreDigits) {
   const Scene scene{12, 0.2, 500e-9};
   const Mirror mirror{scene.focal_length, -1, {}};
@@ -405,7 +403,7 @@ TEST(PsdJacobian, OfTheApertureExactFormMeetsDifferencesInMoreDigits) {
   }
 }
 
-// Fast and annular, with a band edge that is softened far out: against differences of the theory itself.
+// A fast annular mirror with a band edge that is softened far out, against differences of the theory.
 TEST(PsdJacobian, OfAFastMirrorMeetsDifferencesOfTheTheory) {
   const GhsPupil pupil(Mirror{2.4, -1, {}}, AnnulusAperture{1.2, 0.36}, 550e-9);
   const PsdModel model = KCorrelationPsd{17e-9, 0.3, 3, 1, 100};
@@ -423,8 +421,7 @@ TEST(PsdJacobian, OfAFastMirrorMeetsDifferencesOfTheTheory) {
   }
 }
 
-// Waves longer than ten apertures tilt, shorter ones have their height: with an end of the band on either
-// side.
+// Waves longer than ten apertures tilt the mirror; the ends of this band lie on either side of that.
 TEST(PsdJacobian, OfWavesLongerThanTheApertureMeetsDifferencesOfTheTheory) {
   constexpr double kAcross = 0.2;
   const GhsPupil pupil(Mirror{1.3 * kAcross, -1, {}}, CircleAperture{kAcross}, 1e-6);
@@ -458,7 +455,7 @@ TEST(PsdJacobian, ASharedSceneGivesTheSameBits) {
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 1e-4},
                                           SpotFwhm{1e-6}, RmsHeight{}};
   const GhsPupil shared(mirror, aperture, 632.8e-9);
-  for (const double rms : {200e-9, 10e-9, 60e-9, 10e-9}) {  // whatever was asked for before
+  for (const double rms : {200e-9, 10e-9, 60e-9, 10e-9}) {  // in any order of earlier calls
     const RadialPsd psd(UniformPsd{rms, 2.5, 20});
     const Eigen::VectorXd alone = GeneralisedHarveyShack(psd, mirror, aperture, 632.8e-9).predict(statistics),
                           together = GeneralisedHarveyShack(psd, shared).predict(statistics, 2);
@@ -467,7 +464,7 @@ TEST(PsdJacobian, ASharedSceneGivesTheSameBits) {
 }
 
 TEST(PsdJacobian, LightThatDoesNotScatterHasNoDerivative) {
-  // A part of the roughness above 1/lambda is height, and no light.
+  // Roughness above 1/lambda has height but does not scatter.
   const PsdModel model = SumPsd{{UniformPsd{20e-9, 10, 60}, UniformPsd{5e-9, 3e6, 4e6}}};
   const GhsPupil pupil(Mirror{5, -1, {}}, CircleAperture{0.1}, 500e-9);
   const PsdVariable above{PsdVariable::Kind::kRms, {1}, 0};
@@ -490,8 +487,7 @@ TEST(PsdJacobian, KnowsTheNumbersOfAModel) {
   EXPECT_EQ(std::get<TablePsd>(std::get<SumPsd>(taller).parts[1]).psd[1], 9e-21);
 }
 
-// Hundreds of cycles across the aperture: the softened edge of the band goes with f_max, and shows in the
-// light next to the ring that this frequency scatters to.
+// Hundreds of cycles across the aperture. The softened edge moves with f_max and shows near its ring.
 TEST(PsdJacobian, OfASoftenedEdgeMeetsDifferencesOfTheTheory) {
   const double f_max = 800, edge = 632.8e-9 * 2.8 * f_max;
   const GhsPupil pupil(Mirror{2.8, -1, {}}, CircleAperture{0.4}, 632.8e-9);
@@ -506,15 +502,15 @@ TEST(PsdJacobian, OfASoftenedEdgeMeetsDifferencesOfTheTheory) {
       return GeneralisedHarveyShack(RadialPsd(other), pupil).predict(shares)[i];
     };
     const double expected =
-        log_derivative<double>(moved, 4e-5);  // the edge turns 2000 rad over its own shear
+        log_derivative<double>(moved, 4e-5);  // the phase of the edge changes by 2000 rad over its shear
 
     EXPECT_NEAR(found.derivatives(i, 0) * f_max, expected, kAgreed * std::max(std::abs(expected), kNothing))
         << i << " " << found.values[i];
   }
 }
 
-// Turbulence without an outer scale: radii of a wide aperture go with 1/r0, and r0 with the amplitude to the
-// power -3/5 (PHYSICS 6); the exponent against differences of the theory.
+// Turbulence without an outer scale. Radii of a wide aperture go with 1/r0, and r0 with the amplitude to the
+// power -3/5 (PHYSICS 6). The derivative over the exponent is compared with differences of the theory.
 TEST(PsdJacobian, OfKolmogorovRoughnessFollowsTheFriedParameter) {
   const double wavelength = 1e-6, diameter = 1e6, r0 = diameter / 1e4;
   const double amplitude =
@@ -539,7 +535,7 @@ TEST(PsdJacobian, OfKolmogorovRoughnessFollowsTheFriedParameter) {
   }
 }
 
-// Roughness of so short a correlation length that its light misses the focus: Strehl exp(-g^2).
+// Roughness with so short a correlation length that its scatter misses the focus: Strehl exp(-g^2).
 TEST(PsdJacobian, OfShortRoughnessTheStrehlRatioIsTheSpecularShare) {
   const double wavelength = 500e-9, rms = 25e-9, g = 4 * std::numbers::pi * rms / wavelength;
   const GhsPupil pupil(Mirror{5000, -1, {}}, CircleAperture{0.1}, wavelength);
@@ -549,7 +545,7 @@ TEST(PsdJacobian, OfShortRoughnessTheStrehlRatioIsTheSpecularShare) {
   const PsdJacobian found = psd_jacobian(model, psd_variables(model), share, pupil);
   const double perfect =
       GeneralisedHarveyShack(RadialPsd(GaussianPsd{1e-18, 10e-6}), pupil).predict(share)[0];
-  // The halo adds g^2 (2 l/D)^2 and the like of the peak: 1e-7.
+  // The halo adds about g^2 (2 l/D)^2 of the peak: 1e-7.
   EXPECT_NEAR(found.values[0] / perfect / std::exp(-g * g), 1, 1e-6);
   EXPECT_NEAR(found.logarithmic()(0, 0), -2 * g * g, 1e-6);
   EXPECT_NEAR(found.logarithmic()(0, 1), 0, 1e-6);

@@ -1,5 +1,5 @@
-// The autocorrelation of a pupil by its light on cells and rings: against the overlap of round pupils by
-// quadrature, against closed forms, and against a sum over all pairs of points of the pupil.
+// The autocorrelation of a pupil from its focal irradiance on grids and rings, against the overlap of round
+// pupils by quadrature, closed forms, and a sum over all pairs of pupil points.
 #include "../../src/theory/pupil_light.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ const Aperture kHexagon =
 PupilField field_of(const Aperture& aperture, double f_number, double conic = -1) {
   return PupilField(Mirror{f_number * kDiameter, conic, {}}, aperture, kLambda, {});
 }
-// Of so many waves from axis to rim [m].
+// Plane [m] with this number of waves of defocus at the rim.
 double plane_of(double waves, double f_number) { return 8 * f_number * f_number * kLambda * waves; }
 
 LightMoments by_cells(const PupilField& field, double dz, const MomentBasis& basis, int degree) {
@@ -48,7 +48,7 @@ LightMoments by_cells(const PupilField& field, double dz, const MomentBasis& bas
   return {PupilLight::of_cells(cells, grid, nullptr, degree, dz), basis};
 }
 
-// Largest difference of any moment beyond 64 cells; below, of their sum.
+// Largest difference of any moment beyond 64 grid cells; below that, of their sum.
 struct Difference {
   double near = 0, beyond = 0;
 };
@@ -71,7 +71,7 @@ TEST(PupilLight, OfCellsHasEveryMomentOfARoundOverlap) {
         const PupilField field = field_of(aperture, f_number);
         const double dz = plane_of(waves, f_number);
         const PupilOverlap overlap(field, dz, basis);
-        // All polynomials up to the fourth degree in all are those of this basis.
+        // This basis contains all polynomials up to the fourth degree.
         const LightMoments light = by_cells(field, dz, basis, 4);
         const Difference off = difference_of(light, overlap, field.outer());
         EXPECT_LT(off.near, 2e-4) << f_number << ' ' << waves;
@@ -91,14 +91,14 @@ TEST(PupilLight, OfRingsHasEveryMomentOfARoundOverlap) {
       const LightMoments light(PupilLight::of_rings(field, 4, dz), basis);
       const Difference off = difference_of(light, overlap, field.outer());
       EXPECT_LT(std::max(off.near, off.beyond), 2e-4) << waves;
-      // Rings leave out the middle millionth.
+      // Rings leave out a fraction of 1e-6 in the middle.
       const PupilLight rings = PupilLight::of_rings(field, 4, dz);
       EXPECT_LT((LightMoments::whole(rings.mean, basis) - overlap(0)).abs().maxCoeff(), 2e-6);
     }
 }
 
-// A rectangle so slow that direction is place, far out of focus: over a shear (x, y) its transfer function is
-// the product of two of slits, (L - |x|)/L sin(t)/t, t = k dz x (L - |x|)/(2 f (f + dz)).
+// A rectangle so slow that direction equals position, far out of focus. At the shear (x, y) its transfer
+// function is the product of those of two slits, (L - |x|)/L sin(t)/t, t = k dz x (L - |x|)/(2 f (f + dz)).
 TEST(PupilLight, OfARectangleIsTheProductOfTwoSlits) {
   constexpr double kSlow = 1000;
   const double f = kSlow * kDiameter;
@@ -140,8 +140,7 @@ TEST(PupilLight, OfARectangleIsTheProductOfTwoSlits) {
   }
 }
 
-// Points of Gauss-Legendre on an aperture, of rings or of triangles about the middle of each outline, and
-// their areas [m^2], below zero where an outline takes off.
+// Gauss-Legendre points on rings or on triangles of an outline, with areas [m^2], negative in holes.
 struct AreaPoint {
   double x, y, area;
 };
@@ -178,8 +177,8 @@ std::vector<AreaPoint> points_on(const Aperture& aperture, int across) {
   return points;
 }
 
-// E(r) of a rough mirror as the sum over all pairs of points of its pupil, with all that tells two pairs at
-// one shear apart: amplitudes, phases, and the coherence H of their two places on the mirror (PHYSICS 6).
+// E(r) of a rough mirror as the sum over all pairs of pupil points. Pairs differ by amplitudes, phases, and
+// the coherence H of their positions on the mirror (PHYSICS 6).
 class AllPairs {
  public:
   AllPairs(const Mirror& mirror, const Aperture& aperture, const RadialPsd& psd, double dz,
@@ -189,7 +188,7 @@ class AllPairs {
     struct Point {
       double x, y, q, amplitude, phase;
       std::size_t segment;
-      std::array<double, 2> from_centre;  // of its segment, times q
+      std::array<double, 2> from_centre;  // from the centre of its segment, times q
     };
     std::optional<Segments> segments;
     if (has_segment_errors(aperture)) segments.emplace(std::get<SegmentedAperture>(aperture));
@@ -202,7 +201,7 @@ class AllPairs {
                    c = (1 - t2) / (1 + t2);
       const double height = departure ? departure(place.x, place.y) : 0;
       const double phase = 2 * pi / kLambda * ((1 + c) * height + dz * (1 - c) / (1 + dz / f));
-      // Even light on the mirror has the amplitude 1/(q sqrt(c)) over P.
+      // Even illumination of the mirror has the amplitude 1/(q sqrt(c)) over P.
       Point point{q * place.x, q * place.y, q, place.area * q * std::sqrt(c), phase, 0, {}};
       if (segments) {
         point.segment = segments->at(place.x, place.y);
@@ -212,7 +211,6 @@ class AllPairs {
       points.push_back(point);
       light += place.area;
     }
-    // Structure function over the distances that there are.
     const double g2 = std::pow(4 * pi / kLambda, 2), variance = std::pow(psd_moments(psd).rms_height(), 2);
     constexpr int kSteps = 4000;
     const double reach = 1.3 * 2 * rim;
@@ -229,7 +227,7 @@ class AllPairs {
         const double place = on_mirror / reach * kSteps;
         const auto k = Eigen::Index(place);
         const double e = less[k] + (place - double(k)) * (less[k + 1] - less[k]);
-        // Variance of the difference of the two paths that the errors of segments make.
+        // Variance of the path difference that segment errors cause.
         const auto of_one = [&](const Point& p) {
           return p.q * p.q * piston2 +
                  tilt2 * (std::pow(p.from_centre[0], 2) + std::pow(p.from_centre[1], 2));
@@ -264,11 +262,11 @@ class AllPairs {
 struct PairCase {
   const char* name;
   Aperture aperture;
-  double f_number, waves, coma;  // of defocus; amplitude of the Zernike, in waves of height
-  int across = 24;               // points of a triangle
+  double f_number, waves, coma;  // waves: of defocus; coma: amplitude of the Zernike, in waves of height
+  int across = 24;               // points across a triangle
 };
 
-// Four vanes of a fortieth of the size across a square, and 18 hexagons with gaps of a twentieth of theirs.
+// A square with four vanes of 1/40 of its size, and 18 hexagons with gaps of 1/20 of their size.
 const Aperture kVanes =
     obstructed(RectangleAperture{0.28, 0.28},
                {{0.01, pi / 4, 0}, {0.01, 3 * pi / 4, 0}, {0.01, -pi / 4, 0}, {0.01, -3 * pi / 4, 0}});
@@ -318,8 +316,7 @@ TEST_WITH_SHORT_FORM(PupilLight, IsTheSumOverAllPairsOfPoints) {
   }
 }
 
-// All of the light of a smooth mirror, far out of focus: E against the rays of the cone alone, from which
-// fringes at the rim differ by less than they are wide.
+// A smooth mirror far out of focus against rays; the tolerance is the effect of the rim's fringes.
 TEST(PupilLight, FarOutOfFocusIsThatOfTheRays) {
   const RadialPsd smooth(GaussianPsd{1e-13, 0.02});
   for (const auto& [aperture, phase] :
@@ -340,7 +337,7 @@ TEST(PupilLight, FarOutOfFocusIsThatOfTheRays) {
   }
 }
 
-// Both sides of the turn from which a round pupil goes by its light: E at fixed shares of the geometric blur.
+// Both sides of the switch of a round pupil to its focal irradiance, at fractions of the blur radius.
 TEST(PupilMoments, GoOverFromTheOverlapToTheLightWithoutAStep) {
   const Mirror mirror{1.2, -1, {}};  // f/3
   const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-12, 0.01}), mirror, kCircle, kLambda);
@@ -367,8 +364,8 @@ TEST(PupilMoments, RefuseAPhaseThatNoGridHolds) {
   }
 }
 
-// A core of 1e-7 of the light is most of what there is on the axis of a rough mirror: out of focus and of a
-// mirror with aberrations it is as it is in the focus of a perfect one.
+// A core of 1e-7 of the energy is most of the irradiance on the axis of a rough mirror. Out of focus and with
+// aberrations it must be that of the focus of a perfect mirror.
 TEST(ExactTransfer, KeepsAWeakCoreOfAnyMirror) {
   constexpr double kHeight = 4, kLength = 2e-5;
   const RadialPsd psd(GaussianPsd{kHeight * kLambda / (4 * pi), kLength});
@@ -378,15 +375,13 @@ TEST(ExactTransfer, KeepsAWeakCoreOfAnyMirror) {
     const double axis = perfect.at_plane(0).irradiance(0);
     EXPECT_NEAR(perfect.at_plane(1e-7).irradiance(0) / axis, 1, 1e-3);
     EXPECT_NEAR(conic.at_plane(0).irradiance(0) / axis, 1, 1e-3);
-    // The core's own share of it is not small.
     const double core = std::exp(-kHeight * kHeight) * aperture_area(aperture) / std::pow(kLambda, 2);
     EXPECT_GT(core, 0.2 * axis);
   }
 }
 
-// A mirror far from its parabola: with hundreds of waves its whole overlap is out of reach, but where the
-// roughness leaves 2e-5 of the light its mean spot takes short shears alone. Against Simpson's rule over
-// these.
+// A mirror so far from its parabola that its full overlap, with hundreds of waves, is out of reach. The
+// roughness leaves a core of 2e-5, so the mean spot needs only short shears. Reference: Simpson's rule.
 TEST(ExactTransfer, TakesShortShearsOfManyWaves) {
   constexpr double kHeight = 3.28, kLength = 2e-4, kFocalLength = 8;  // g; m
   const double sigma = kHeight * kLambda / (4 * pi), dz = 0.01;
@@ -400,7 +395,7 @@ TEST(ExactTransfer, TakesShortShearsOfManyWaves) {
   constexpr int kShears = 401;
   const double end = 3.2 * kLength, step = end / (kShears - 1);
   Eigen::ArrayXd seen(kShears);
-  for (int k = 0; k < kShears; ++k)  // f/20: all heights count
+  for (int k = 0; k < kShears; ++k)  // f/20: all heights count fully
     seen[k] =
         overlap(k * step).sum() * std::exp(kHeight * kHeight * std::expm1(-std::pow(k * step / kLength, 2)));
   for (const double fraction : {0.2, 0.5, 0.8, 0.95}) {

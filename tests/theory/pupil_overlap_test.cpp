@@ -1,5 +1,4 @@
-// What an overlap of the pupil with itself is summed up from: kernels against formulas in long double, means
-// over the direction against a grid that has every direction.
+// Overlap of a pupil: kernels against formulas in long double, means over direction against a grid.
 #include "../../src/theory/pupil_overlap.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +31,7 @@ std::vector<double> random_numbers(int n, double from, double to, unsigned seed)
   return numbers;
 }
 
-// Any number of pairs, a vector's worth or not; rays up to 45 degrees off the axis.
+// Counts that are, and are not, multiples of a vector; rays up to 45 degrees off the axis.
 TEST(PupilKernel, PairsAreThoseOfTheFormula) {
   constexpr double kFocal = 1.7, kDefocus = 900;
   for (const int n : {1, 3, 8, 61}) {
@@ -111,7 +110,7 @@ double sag_of_sphere(double rho) {
 }
 
 // The transfer function of a smooth mirror on a grid of shears, each with its own direction, by transforms of
-// its pupil, whose cells count by how much of them is in the aperture.
+// its pupil. Grid cells count by their fraction inside the aperture.
 class OnAGrid {
  public:
   OnAGrid(const PupilField& field, const Aperture& aperture, double dz) {
@@ -134,16 +133,16 @@ class OnAGrid {
             wave * ((1 + c) * (sag_of_sphere(rho) - rho * rho / (4 * f)) + dz * (1 - c) / (1 + dz / f));
         const double amplitude = 2 / ((1 + c) * std::sqrt(c));
         transfer_[std::size_t(i * kSide + j)] = std::polar(inside * amplitude, phase);
-        light_ += inside * amplitude * amplitude;  // also what edges send further than cells can tell
+        light_ += inside * amplitude * amplitude;  // includes energy beyond the grid's view
       }
     const FourierTransform transform(kSide, kSide);
     transform(transfer_.data());
     for (std::complex<double>& one : transfer_) one = std::norm(one);
-    transform(transfer_.data());  // symmetric: forwards and back are the same but for the order
+    transform(transfer_.data());  // symmetric, so forward and inverse agree but for the order
     light_ *= double(kSide) * kSide;
     u_per_radius_ = wave / (f + dz);
   }
-  // 1/(2 pi) int OTF(x) u J1(u |x|) / |x| d2x with u of this radius: of Parseval's theorem for a disc.
+  // 1/(2 pi) int OTF(x) u J1(u |x|) / |x| d2x with u of this radius, by Parseval's theorem for a disc.
   double encircled_energy(double radius) const {
     const double u = u_per_radius_ * radius;
     double sum = 0;
@@ -169,7 +168,7 @@ class OnAGrid {
   std::vector<std::complex<double>> transfer_;
 };
 
-// The grid itself errs by up to 2.6e-4, half as much as with cells twice as large.
+// The error of the grid itself is up to 2.6e-4 and halves with the pitch.
 TEST_WITH_SHORT_FORM(PupilLight, OfPolygonsIsThatOfAPlainGrid) {
   const RadialPsd smooth(GaussianPsd{1e-12, 0.01});
   for (const Pupil& one : aberfit::test::all_or_few(whole, kPupils, {2}))

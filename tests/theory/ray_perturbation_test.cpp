@@ -37,7 +37,7 @@ Vector normalised(Vector v) {
   return {v[0] / length, v[1] / length, v[2] / length};
 }
 
-constexpr double kRounding = 1e-14;  // of lengths of metres; largest seen 2e-15
+constexpr double kRounding = 1e-14;  // for lengths of metres; largest seen 2e-15
 
 }  // namespace
 
@@ -62,7 +62,7 @@ TEST(TracePerturbed, FollowsKnownZernikesOfAnySymmetry) {
 }
 
 TEST(TracePerturbed, RandomRaysMeetEveryFirstOrderGoldenStatistic) {
-  const double n = 1e6, looks = 4.5;  // standard errors allowed; 12 comparisons
+  const double n = 1e6, looks = 4.5;  // allowed standard errors; 12 comparisons
   const PupilSample pupil = random_pupil(std::int64_t(n), 11);
   const RayBundle nominal = trace_nominal(kParabola, pupil);
   const Eigen::ArrayXd no_height;
@@ -79,9 +79,9 @@ TEST(TracePerturbed, RandomRaysMeetEveryFirstOrderGoldenStatistic) {
         {EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 0}, EncircledEnergyRadius{0.9, 0},
          RmsRadius{0}, ScatterRms{}, RingFwhm{0.9, std::stod(row.at("ee90_exact"))}},
         1);
-    // An order statistic errs by sqrt(p (1-p)/n) / density; the density of a Rayleigh radius at its quantile
-    // is (1-p) r/sigma^2 = (1-p) (-2 ln(1-p))/r. A mean of squares of Rayleigh lengths errs by 1/sqrt(n), its
-    // root by half.
+    // An order statistic has the standard error sqrt(p (1-p)/n) / density. The density of a Rayleigh radius
+    // at its quantile is (1-p) r/sigma^2 = (1-p) (-2 ln(1-p))/r. A mean of squares of Rayleigh lengths has
+    // the relative standard error 1/sqrt(n), its root half of that.
     const auto quantile = [&](double p) {
       return std::sqrt(p * (1 - p) / n) / ((1 - p) * -2 * std::log1p(-p));
     };
@@ -98,7 +98,7 @@ TEST(TracePerturbed, RandomRaysMeetEveryFirstOrderGoldenStatistic) {
 }
 
 TEST(TracePerturbed, PhysicalRaysObeyTheLawOfReflection) {
-  // Vector form d - 2 (d.n) n of the surface whose gradient carries the slope error.
+  // Vector form d - 2 (d.n) n for the surface whose gradient includes the slope error.
   const PupilSample pupil = random_pupil(200, 2);
   const Eigen::Array2Xd error = random_slopes(pupil.size());
   const RayBundle rays = trace_perturbed(kParabola, pupil, error, Convention::kPhysical);

@@ -24,12 +24,12 @@ namespace {
 constexpr double kLambda = 632.8e-9, kFocal = 2.8, kDiameter = 0.4;
 const Mirror kParabola{kFocal, -1, {}};
 const double kWave =
-    kLambda * 2 * kFocal * kFocal / (0.25 * kDiameter * kDiameter);  // dz of a wave of defocus
-constexpr double kMargin = 0.01;                                     // of the light rule of PHYSICS 7
-constexpr double kPromisedFactor = 1.5;                              // of predicted over measured spreads
-constexpr double kFieldOfView = 0.4;     // of wavelength f/pitch: discs that the draws' cells hold
-constexpr double kWhereItMatters = 0.1;  // tolerances
-// Standard deviations of n draws are known to 1/sqrt(2 n): three of these for 60 draws.
+    kLambda * 2 * kFocal * kFocal / (0.25 * kDiameter * kDiameter);  // defocus dz of one wave
+constexpr double kMargin = 0.01;                                     // PHYSICS 7
+constexpr double kPromisedFactor = 1.5;                              // predicted over measured
+constexpr double kFieldOfView = 0.4;     // discs in the grid, over wavelength f/pitch
+constexpr double kWhereItMatters = 0.1;  // in tolerances
+// Standard deviations of n realisations have the standard error 1/sqrt(2 n): three of these for 60.
 constexpr double kSampling = 1.27;
 
 double height_of(double g) { return g * kLambda / (4 * pi); }
@@ -44,8 +44,7 @@ struct Case {
   }
 };
 
-// Worst of predicted over measured spread and its inverse, where the measured one matters, over light in
-// discs in the focus and two waves out of it.
+// Largest ratio of predicted and measured spread, or its inverse; in the focus and two waves from it.
 double worst_factor(const Case& scene, int cells, int draws, std::uint64_t seed, double sampling) {
   const RadialPsd psd(scene.psd);
   const Aperture aperture = scene.aperture();
@@ -132,8 +131,7 @@ std::vector<Case> twelve_scenes() {
           {"uniform g 5", UniformPsd{height_of(5), 2.5, 25}, 0}};
 }
 
-// Largest measured spread over what is promised at the cut that the promise chooses: a third of the
-// tolerance.
+// Largest ratio of the measured spread and the limit, a third of the tolerance, at the chosen cut.
 double worst_of_promise(const Case& scene, int cells, int draws, std::uint64_t seed) {
   const RadialPsd psd(scene.psd);
   const Aperture aperture = scene.aperture();
@@ -175,7 +173,7 @@ TEST(FullStatistics, AtTheChosenCutMirrorsKeepThePromise) {
     const double worst =
         worst_of_promise(scene, std::holds_alternative<UniformPsd>(scene.psd) ? 256 : 128, 100, ++seed);
     std::printf("%-22s %.2f of the promised spread\n", scene.name.c_str(), worst);
-    // 100 draws know a spread to 7 %; the worst of some fifteen lies above it.
+    // 100 realisations give a spread to 7 %; the worst of several lies above.
     EXPECT_LE(worst, 1.25) << scene.name;
   }
 }
@@ -188,9 +186,9 @@ TEST(FullStatistics, MirrorsOfTwelveScenesDifferAsPredicted) {
   RecordProperty("worst_factor_in_hundredths", int(100 * worst));
 }
 
-// Spreads in percent inside 1, 3, 8, 20 and 35 um. Measured by DrawnMirrors on 512 cells, 60 draws; PHYSICS
-// 10 has 0.065, 0.096, 0.103, 0.104, 0.041 at 6 /m and 0.021, 0.034, 0.035, 0.036, 0.037 at 12 /m by another
-// code.
+// Spreads in percent inside 1, 3, 8, 20 and 35 um, measured by DrawnMirrors on a grid of 512 with 60
+// realisations. PHYSICS 10 has, from other code, 0.065, 0.096, 0.103, 0.104, 0.041 at 6 /m and 0.021, 0.034,
+// 0.035, 0.036, 0.037 at 12 /m.
 TEST(RealisationSpread, LargeAnnulusHasTheSpreadThatDrawsHave) {
   const LargeAnnulus scene;
   const struct {
@@ -221,8 +219,8 @@ TEST(FullStatistics, LargeAnnulusHasTheSpreadOfSixtyDraws) {
   }
 }
 
-// A roughness so faint that the first order is all: the gradient that evaluate_diffraction has, transformed
-// in the test, for an aperture without rotational symmetry.
+// Roughness so faint that the first order is all. Reference: the gradient of evaluate_diffraction,
+// transformed here, for an aperture without rotational symmetry.
 TEST(RealisationSpread, FirstOrderIsTheTransformOfTheGradient) {
   const Aperture aperture = RectangleAperture{0.4, 0.3};
   const RadialPsd psd(UniformPsd{1e-13, 12, 20});
@@ -253,7 +251,7 @@ TEST(RealisationSpread, FirstOrderIsTheTransformOfTheGradient) {
     variance += 2 * pi * f * psd(f) * mean_square * 8 / kRings;
   }
   EXPECT_GT(variance, 0);
-  // Linear bins of distance on 64 cells, and positions in P for those on the mirror.
+  // Error of linear bins of distance on a grid of 64, and of positions in P for those on the mirror.
   EXPECT_NEAR(spread.light(0)[0] / std::sqrt(variance), 1, 0.02);
 }
 
@@ -297,7 +295,7 @@ TEST(RealisationSpread, HoldsForAnyNumberOfThreads) {
   EXPECT_TRUE((one.light(6) > 0).all());
 }
 
-// Of the panel that the cut lies in, a cubic stands for the fifth power of the frequency.
+// A cubic replaces the fifth power of the frequency on the panel that contains the cut.
 constexpr double kPartOfPanel = 1e-9;
 
 TEST(RealisationSpread, HeightsAndSlopesOfAUniformBandHaveClosedForms) {
@@ -322,7 +320,7 @@ TEST(SmallestCut, MeetsTheLimitAndNotOneCycleLess) {
   const Eigen::ArrayXd limits = Eigen::ArrayXd::Constant(5, 0.0035 / 3);
   const SmallestCut cut = smallest_cut(scene.spread, limits);
   EXPECT_FALSE(cut.whole_band);
-  // PHYSICS 10: 14 cycles do.
+  // PHYSICS 10: 14 cycles are enough.
   EXPECT_GT(cut.frequency * 2.4, 10);
   EXPECT_LT(cut.frequency * 2.4, 15);
   EXPECT_NEAR(scene.spread.light(cut.frequency)[cut.disc] / limits[cut.disc], 1, 1e-9);
@@ -330,7 +328,7 @@ TEST(SmallestCut, MeetsTheLimitAndNotOneCycleLess) {
   EXPECT_GT((scene.spread.light(cut.frequency - 1 / 2.4) / limits).maxCoeff(), 1);
 }
 
-// How much of the band is left to scatter, where the limit alone would leave `met`, in cycles across.
+// Width of the band that is left to scatter, where the limit alone would leave `met`, in cycles across.
 TEST(SmallestCut, LeavesNoRestNarrowerThanTheApertureResolves) {
   constexpr double kTop = 60, kCycle = 1 / kDiameter;
   const RadialPsd psd(UniformPsd{height_of(2), 2.5, kTop});

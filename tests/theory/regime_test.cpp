@@ -14,7 +14,7 @@ namespace {
 const Mirror kParabola{2.8, -1, {}};
 const Aperture kCircle = CircleAperture{0.4};
 constexpr double kLambda = 632.8e-9;
-constexpr double kPrinted = 1e-11;  // 12 digits are given
+constexpr double kPrinted = 1e-11;  // 12 digits
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -35,13 +35,13 @@ TEST(SceneNumbers, MatchTheGoldenNumbersOfGaussianSurfaces) {
     EXPECT_NEAR(n.correlation_length / l, 0.5 * std::sqrt(std::numbers::pi), 1e-10);
     EXPECT_NEAR(n.paper_ratio_r * n.correlation_length / l / std::stod(row.at("R_paper")), 1.0, kPrinted);
     EXPECT_NEAR(1 - n.tis, std::stod(row.at("core_fraction")), kPrinted);
-    // PHYSICS 7, rule 1: where rays are declared valid, ee90 and ee50 of rays and GHS agree to 10 %.
+    // PHYSICS 7, rule 1: where rays are allowed, their ee90 and ee50 agree with GHS to 10 %.
     if (n.kappa_rule_allows_rays) {
       EXPECT_LT(std::abs(std::stod(row.at("ee90_geo")) / std::stod(row.at("ee90_ghs")) - 1), 0.1);
       EXPECT_LT(std::abs(std::stod(row.at("ee50_geo")) / std::stod(row.at("ee50_ghs")) - 1), 0.1);
     }
     EXPECT_EQ(n.kappa_rule_allows_rays,
-              std::stod(row.at("kappa")) >= 0.85);  // in this table the spot is then always 5 Airy discs
+              std::stod(row.at("kappa")) >= 0.85);  // the spot is then at least 5 Airy discs in this table
   }
   EXPECT_EQ(rows, 16);
 }
@@ -66,15 +66,15 @@ TEST(SceneNumbers, MatchTheGoldenNumbersOfAKCorrelationSurface) {
 TEST(SceneNumbers, ModeCountAndSpreadFollowTheirClosedForms) {
   const double l = 0.02, sigma = 1e-7;
   const SceneNumbers n = scene_numbers(RadialPsd(GaussianPsd{sigma, l}), kParabola, kCircle, kLambda);
-  // With a = (pi l)^2, S = sigma^2 a/pi exp(-a f^2): first integral sigma^2/a; second sigma^4 a^2/pi^2 * pi *
-  // int u^2 exp(-2 a u) du = sigma^4 a^2/pi * 2/(2a)^3 = sigma^4/(4 pi a).
+  // With a = (pi l)^2, S = sigma^2 a/pi exp(-a f^2). The first integral is sigma^2/a; the second is sigma^4
+  // a^2/pi^2 * pi * int u^2 exp(-2 a u) du = sigma^4 a^2/pi * 2/(2a)^3 = sigma^4/(4 pi a).
   const double a = std::pow(std::numbers::pi * l, 2), area = std::numbers::pi * 0.04;
   EXPECT_NEAR(n.n_eff / (area * (1 / (a * a)) / (1 / (4 * std::numbers::pi * a))), 1.0, 1e-10);
   EXPECT_NEAR(n.airy_ee90 / (1.90068797783024669 * kLambda * 7), 1, 1e-14);  // 25-digit root, over pi
 }
 
-// Share of the light within v = pi D r/(lambda f) of the focus of an annulus of linear obstruction e, from
-// its amplitude 2 J1(v)/v - e^2 2 J1(e v)/(e v) by Simpson's rule: no transfer function in it.
+// Fraction of the energy within v = pi D r/(lambda f) of the focus of an annulus of linear obstruction e. It
+// comes from the amplitude 2 J1(v)/v - e^2 2 J1(e v)/(e v) by Simpson's rule, without a transfer function.
 double annulus_energy(double v, double e) {
   const auto density = [e](double t) {
     if (t == 0) return 0.0;
@@ -89,7 +89,7 @@ double annulus_energy(double v, double e) {
 }
 
 TEST(AiryEe90, HoldsNinetyPercentOfTheLightOfCirclesAndAnnuli) {
-  constexpr double kAllowed = 1e-9;  // Simpson: (v/2000)^4; seen 2e-11
+  constexpr double kAllowed = 1e-9;  // Simpson: (v/2000)^4; largest seen 2e-11
   for (const double e : {0.0, 0.1, 0.3, 0.6, 0.9}) {
     const Aperture aperture = e > 0 ? Aperture(AnnulusAperture{0.4, 0.4 * e}) : Aperture(CircleAperture{0.4});
     const double v = std::numbers::pi * 0.4 * airy_ee90(kParabola, aperture, kLambda) / (kLambda * 2.8);
@@ -112,7 +112,7 @@ TEST(AiryEe90, OfASquareLiesBetweenItsInscribedAndCircumscribedCircles) {
       if (x * x + y * y < radius * radius) sum += sinc2(std::numbers::pi * x) * sinc2(std::numbers::pi * y);
     }
   EXPECT_NEAR(4 * sum * std::pow(radius / kCells, 2), 0.9,
-              1e-4);  // edge cells: circumference x cell x density
+              1e-4);  // grid cells at the edge: circumference x pitch x density
 }
 
 TEST(SceneNumbers, TheThresholdsNameARegime) {
@@ -125,7 +125,7 @@ TEST(SceneNumbers, TheThresholdsNameARegime) {
 }
 
 TEST(SceneNumbers, RoughButShallowSlopesNeedWaves) {
-  // Long waves: kappa near 1, but a spot not much larger than the Airy disc.
+  // Long waves: kappa is near 1, but the spot is not much larger than the Airy disc.
   const SceneNumbers n = scene_numbers(RadialPsd(GaussianPsd{3e-7, 0.3}), kParabola, kCircle, kLambda);
   EXPECT_GE(n.kappa, kKappaOfRays);
   EXPECT_FALSE(n.kappa_rule_allows_rays);
@@ -142,7 +142,7 @@ TEST(SceneNumbers, TheReasonIsOneSentenceWithTheNumbersInIt) {
 }
 
 TEST(SceneNumbers, InfiniteSlopeMeansNoRays) {
-  // f^-3 in two dimensions without an upper limit: finite height, infinite slope.
+  // f^-3 in two dimensions without an upper limit has a finite height and an infinite slope.
   const KCorrelationPsd model{1e-7, 0.1, 3.0};
   const SceneNumbers n = scene_numbers(RadialPsd(model), kParabola, kCircle, kLambda);
   EXPECT_TRUE(std::isinf(n.rms_slope_per_axis));

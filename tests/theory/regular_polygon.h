@@ -6,7 +6,7 @@
 
 namespace aberfit::test {
 
-/// Corners at `radius` [m] from the axis, the first at this direction [rad], counter-clockwise.
+/// Corners at `radius` [m] from the axis, the first in this direction [rad], counter-clockwise.
 inline PolygonAperture regular_polygon(int corners, double radius, double direction) {
   PolygonAperture aperture;
   for (int k = 0; k < corners; ++k) {

@@ -1,4 +1,4 @@
-// The search of a ring's peak and halves, on curves whose own are known in closed form.
+// The search for a ring's peak and half crossings, on curves with closed forms.
 #include "../../src/theory/ring_planes.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kAccuracy = 1e-9;
 
-// In any unit, and however small the steps of the first look.
+// In any unit, and for small first steps.
 TEST(RingPlanes, FollowAPeakWhereverItLies) {
   for (const double width : {0.02, 2e-7, 2e6})
     for (const double off : {0.0, 1e-6, -1e-3, 0.07, -0.31, 2.3, -6.0})
@@ -23,7 +23,7 @@ TEST(RingPlanes, FollowAPeakWhereverItLies) {
           ++looks;
           return 0.7 * std::exp2(-4 * std::pow(z / width - off, 2));
         };
-        if (std::abs(off) * steps > 60) continue;  // far outside where the first steps look
+        if (std::abs(off) * steps > 60) continue;  // far outside the first steps
         const GeneralisedHarveyShack::RingPlanes found =
             ring_halves(gaussian, {width / steps, 50 * width, kAccuracy, kAccuracy});
         EXPECT_NEAR(found.peak / width, off, 3e-5) << steps;
@@ -37,7 +37,7 @@ TEST(RingPlanes, FollowAPeakWhereverItLies) {
       }
 }
 
-// exp(a z^2 - z^4): a dip of a^2/4 between peaks at +-sqrt(a/2), halves at sqrt(a/2 + sqrt(ln 2)).
+// exp(a z^2 - z^4): a dip of a^2/4 between peaks at +-sqrt(a/2), half crossings at sqrt(a/2 + sqrt(ln 2)).
 TEST(RingPlanes, SeeThatTheFocusLiesBetweenTwoPeaks) {
   for (const double a : {1e-4, 0.05, 0.2, 0.4, 0.8, 1.5})
     for (const double steps : {2.83, 4.0, 5.0, 17.0, 300.0}) {
@@ -54,7 +54,7 @@ TEST(RingPlanes, SeeThatTheFocusLiesBetweenTwoPeaks) {
     }
 }
 
-// The higher of two that are not as high: exp(a z^2 - z^4) (1 + t z).
+// The higher of two unequal peaks: exp(a z^2 - z^4) (1 + t z).
 TEST(RingPlanes, TakeTheHigherPeak) {
   for (const double tilt : {-0.02, 0.02}) {
     const auto two = [&](double z) { return std::exp(0.8 * z * z - std::pow(z, 4)) * (1 + tilt * z); };

@@ -24,8 +24,7 @@ const double kInf = std::numeric_limits<double>::infinity();
 
 double rms_of(double g) { return g * kLambda / (4 * pi); }
 
-// 2 pi int BSDF s ds from sine `low` to `high`, on panels that end at the kinks: sums and differences of the
-// edges of the band.
+// 2 pi int BSDF s ds from sine `low` to `high`, on panels between the kinks.
 double integral(const ScatterFunction& scatter, double low = 0, double high = 1) {
   std::vector<double> edges{low};
   for (double s = std::max(low, scatter.lowest_sine()); s < high; s *= 1.07) edges.push_back(s);
@@ -77,7 +76,7 @@ TEST_WITH_SHORT_FORM(ScatterFunction, IntegralOfBsdfOverTheHemisphereIsTis) {
       if (!whole && int(model.index() + 10 * g) % 5 != 0) continue;
       const ScatterFunction scatter(RadialPsd(model), kLambda);
       const std::string what = "family " + std::to_string(model.index()) + ", g " + std::to_string(g);
-      // The band's own g: what lies above 1/lambda does not scatter.
+      // g of the band: roughness above 1/lambda does not scatter.
       const double share = std::exp(-std::pow(4 * pi * scatter.rms_height() / kLambda, 2));
       EXPECT_NEAR(scatter.tis(), 1 - share, 1e-15) << what;
       EXPECT_NEAR(integral(scatter) / scatter.tis(), 1, 1e-7) << what;  // largest seen 7e-9
@@ -98,8 +97,7 @@ TEST(ScatterFunction, WithinIsTheIntegralUpToThere) {
 }
 
 TEST_WITH_SHORT_FORM(ScatterFunction, OfSmoothSurfacesIsRayleighRice) {
-  // Normal incidence, small angles, per direction-cosine area: (4 pi/lambda)^2 S(sin/lambda) / lambda^2. What
-  // is left is of the order of g^2, and falls with it.
+  // Per direction-cosine area: (4 pi/lambda)^2 S(sin/lambda) / lambda^2. The rest is of order g^2.
   for (const PsdModel& model : families(1)) {
     double last = 0;
     for (const double g : aberfit::test::all_or_few(whole, std::vector{0.2, 0.1, 0.05, 0.025}, {1, 2})) {
@@ -122,15 +120,15 @@ TEST_WITH_SHORT_FORM(ScatterFunction, OfSmoothSurfacesIsRayleighRice) {
 }
 
 TEST(ScatterFunction, BeyondTheBandIsTheSecondOrder) {
-  // A uniform disc of frequencies up to F: the second order is half the square of k^2 S times the area that
-  // two discs share, and there is nothing else between F and 2 F but the third order, g^2 of it.
+  // A uniform disc of frequencies up to F. The second order is half the square of k^2 S times the common area
+  // of two discs. Between F and 2 F only the third order adds to it, g^2 of it.
   const double g = 3e-3, F = 2000, s0 = std::pow(rms_of(g), 2) / (pi * F * F), k = 4 * pi / kLambda;
   const ScatterFunction scatter(RadialPsd(UniformPsd{rms_of(g), 0, F}), kLambda);
   for (const double f : {0.0, 0.3, 0.9, 1.1, 1.5, 1.8, 1.95}) {
     const double shared = F * F * (2 * std::acos(f / 2) - f * std::sqrt(1 - f * f / 4));
     const double second = 0.5 * std::pow(k * k * s0, 2) * shared, first = f < 1 ? k * k * s0 : 0;
     const double expected = std::exp(-g * g) * (first + second) / (kLambda * kLambda);
-    // Rounded kinks at 0 and 2 F: 4.3e-4 of the second order seen, elsewhere 1e-5, the third among them.
+    // Rounded kinks at 0 and 2 F: 4.3e-4 of the second order; elsewhere 1e-5, including the third order.
     EXPECT_NEAR((scatter.bsdf(std::asin(f * F * kLambda)) - expected) * kLambda * kLambda / second, 0,
                 f > 0.2 && f < 1.9 ? 3e-5 : 6e-4)
         << f;
@@ -138,8 +136,7 @@ TEST(ScatterFunction, BeyondTheBandIsTheSecondOrder) {
 }
 
 TEST(ScatterFunction, OfAGaussianIsItsSeries) {
-  // C = sigma^2 exp(-(x/l)^2): order n is a Gaussian sqrt(n) times as wide, with the weight g^2n
-  // exp(-g^2)/n!.
+  // C = sigma^2 exp(-(x/l)^2): order n is a Gaussian sqrt(n) as wide, of weight g^2n exp(-g^2)/n!.
   const double l = 2e-4;
   for (const double g : {0.03, 0.5, 2.0, 5.0}) {
     const ScatterFunction scatter(RadialPsd(GaussianPsd{rms_of(g), l}), kLambda);
@@ -153,7 +150,7 @@ TEST(ScatterFunction, OfAGaussianIsItsSeries) {
     };
     for (const double f : {0.0, 300.0, 1000.0, 3000.0, 6000.0}) {
       const double expected = series(f);
-      // Relative to the light per octave there: 1e-11, and to the function: 1e-9.
+      // 1e-11 of the energy per octave, and 1e-9 of the function.
       const double tolerance = 1e-9 * expected + (f > 0 ? 1e-11 / std::pow(f * kLambda, 2) : 0);
       EXPECT_NEAR(scatter.bsdf(std::asin(f * kLambda)), expected, tolerance) << g << " " << f;
     }
@@ -161,8 +158,8 @@ TEST(ScatterFunction, OfAGaussianIsItsSeries) {
 }
 
 TEST(ScatterFunction, OfRoughSurfacesIsTheGaussianOfTheirSlopes) {
-  // Rays turn by twice the slope: a Gaussian of per-axis standard deviation 2 s. Next term of H at large g:
-  // exp(-g^2 r^2) (1 + g^2 r^4 / 2), which adds 1/g^2 in the middle.
+  // Rays turn by twice the slope: a Gaussian of per-axis standard deviation 2 s. The next term of H at large
+  // g, exp(-g^2 r^2) (1 + g^2 r^4 / 2), adds 1/g^2 in the middle.
   double last = 0;
   for (const double g : {5.0, 10.0, 20.0}) {
     const double l = 1e-3;
@@ -200,8 +197,8 @@ TEST(ScatterFunction, MakesUpForOrdersBeyondTheHorizon) {
   const ScatterFunction scatter(RadialPsd(UniformPsd{rms_of(g), 0, F}), kLambda);
   EXPECT_GT(scatter.renormalisation(), 1.05);
   EXPECT_NEAR(integral(scatter), 1 - std::exp(-1.0), 1e-6);
-  // Without the factor the first order has its own light, exp(-g^2) g^2, and the second, g^4/2 exp(-g^2),
-  // what of it lies within: the factor is below that of losing all higher orders.
+  // Without the factor the first order has the energy exp(-g^2) g^2, and the second, g^4/2 exp(-g^2), only
+  // the part below the horizon. So the factor is below that of losing all higher orders.
   EXPECT_LT(scatter.renormalisation(), std::expm1(1.0));
   EXPECT_EQ(scatter.asf(pi / 2), std::cos(pi / 2) * scatter.bsdf(pi / 2));
   const ScatterFunction half(RadialPsd(UniformPsd{rms_of(g), 0, 2 * F}), kLambda);
@@ -234,7 +231,7 @@ TEST(ScatterTable, InterpolatesToItsPromise) {
     for (Eigen::Index i = 1; i + 1 < rows; ++i) {
       const double first = table.bsdf_per_sr[i] * std::pow(std::sin(table.theta[i]), 2);
       const double second = table.bsdf_per_sr[i + 1] * std::pow(std::sin(table.theta[i + 1]), 2);
-      if (first > 0 && second > 0 && first != second)  // powers of the sine between rows
+      if (first > 0 && second > 0 && first != second)  // a power of the sine between rows
         light += 2 * pi * (second - first) / std::log(second / first) *
                  std::log(std::sin(table.theta[i + 1]) / std::sin(table.theta[i]));
       EXPECT_GT(table.theta[i], table.theta[i - 1]);
@@ -267,8 +264,8 @@ TEST(ScatterTable, SharpEdgesLieBetweenTwoRows) {
 }
 
 TEST(ScatterTable, DrawsByItsLastColumnHaveTheMomentsOfTheFunction) {
-  // Angles drawn by the inverse of tis_within / tis, linear in the square of the sine between rows, as a ray
-  // tracer does; against mean log sine and shares by the integral of the function. 4 standard errors.
+  // Random angles by the inverse of tis_within / tis, linear in the square of the sine between rows, as in a
+  // ray tracer. Reference: the integral of the function, within 4 standard errors.
   const ScatterFunction scatter(RadialPsd(KCorrelationPsd{rms_of(0.8), 0.02, 2.7, 20, 2e5}), kLambda);
   const ScatterTable table = scatter_table(scatter);
   const RandomStream stream(1, "ScatterTable.DrawsByItsLastColumnHaveTheMomentsOfTheFunction");

@@ -1,6 +1,6 @@
-// A pair of terms and scatter function as a stray-light program takes it: rays are reflected at a surface of
-// terms, and each is turned by an angle drawn from the table of the rest. Where what it assumes holds, the
-// light within a radius is that of generalised Harvey-Shack of the whole roughness.
+// A pair of terms and scatter function, used as a stray-light program does. Rays reflect at a surface of
+// terms and turn by a random angle from the table of the rest. Where the assumptions hold, the energy within
+// a radius is that of generalised Harvey-Shack of the whole roughness.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,10 +23,9 @@ namespace {
 
 using std::numbers::pi;
 
-// What such a program assumes: terms may be traced by rays, which takes a surface rough enough (g of dozens)
-// for its spot to be far wider than the diffraction pattern; the angle of scatter adds to the direction of
-// the reflected ray, which takes small angles; and no frequency is in both. `model_error` bounds the first
-// two.
+// Assumptions: rays may trace the terms, because g is so large (dozens) that the spot is far wider than the
+// diffraction pattern. The scatter angle adds to the direction of the reflected ray, because angles are
+// small. No frequency is in both parts. `model_error` bounds the first two.
 constexpr double kWave = 550e-9, kDiameter = 0.2, kFocalLength = 4;
 const Mirror kMirror{kFocalLength};
 const Aperture kAperture = CircleAperture{kDiameter};
@@ -46,9 +45,9 @@ std::vector<Scene> scenes() {
           {"power law", RadialPsd(PowerLawPsd{2.5e-6, {}, 4, 20, 40000}), 1600}};
 }
 
-// Random surfaces of a band as terms: plane waves that carry the same slope variance each. Their frequencies
-// are drawn from equal parts of it, one from each, and their directions turn by golden angles, so that every
-// draw has the slopes of the PSD; amplitudes are normal, so that slopes are.
+// Random surfaces of a band as terms: plane waves with equal slope variance. One frequency comes from each of
+// equal parts of it, and directions turn by golden angles, so every realisation has the slopes of the PSD.
+// Amplitudes are normal, so slopes are.
 class Surfaces {
  public:
   explicit Surfaces(const RadialPsd& band) {
@@ -91,11 +90,10 @@ class Surfaces {
   }
 
   static constexpr int kSteps = 4000, kWaves = 128;
-  std::vector<double> frequency_, variance_;  // [cycles/m], of the slopes below it
+  std::vector<double> frequency_, variance_;  // [cycles/m]; variance of the slopes below it
 };
 
-// Sine of an angle of scatter, 0 for light that is not: tis_within as a cumulative distribution, straight in
-// the square of the sine between its rows.
+// Sine of a random scatter angle, 0 without scatter; tis_within is linear in its square between rows.
 double drawn_sine(const ScatterTable& table, double uniform) {
   const double* begin = table.tis_within.data();
   const Eigen::Index rows = table.tis_within.size();
@@ -127,7 +125,7 @@ Eigen::ArrayXd traced(const PupilSample& pupil, const SurfaceField& field, const
 }
 
 struct Light {
-  Eigen::ArrayXd within, standard_error;  // one per radius; from the means of the draws
+  Eigen::ArrayXd within, standard_error;  // one per radius; from the means of the realisations
 };
 
 // surfaces: null for a mirror without terms. table: null for one that does not scatter.
@@ -150,12 +148,13 @@ Light light_within(const std::vector<double>& radii, const Surfaces* surfaces, c
   return {mean, ((share.colwise() - mean).square().rowwise().sum() / (n * (n - 1))).sqrt()};
 }
 
-// Bound of what rays leave out of the light within r. With u = k s x, k = 4 pi/lambda, s the RMS slope of the
-// terms per axis, x the shear and R = r/(2 f s), the light is R int T J1(uR) du. T of rays is G = exp(-u^2/2)
-// times that of the rest, which is below 1. Waves have the terms' own structure function, which by cos a <= 1
-// - a^2/2 + a^4/24 takes from the exponent u^2/2 at most eps u^4, eps = m4/(24 k^2 s^4), m4 = (3/8) int (2 pi
-// f)^4 S d2f; and they have the transfer function of the aperture, at least 1 - (4/pi) x/D. Of small angles,
-// second orders: (1 + t^2)^2 in the exponent, t = D/4f, and the tangent of the angle for its sine.
+// Bound of the error of rays for the energy within r. With u = k s x, k = 4 pi/lambda, s the RMS slope of the
+// terms per axis, x the shear and R = r/(2 f s), the energy is R int T J1(uR) du. T of rays is G =
+// exp(-u^2/2) times that of the rest, which is below 1. Wave optics has the structure function of the terms.
+// By cos a <= 1 - a^2/2 + a^4/24 it subtracts at most eps u^4 from the exponent u^2/2, eps = m4/(24 k^2 s^4),
+// m4 = (3/8) int (2 pi f)^4 S d2f. It also has the transfer function of the aperture, at least 1 - (4/pi)
+// x/D. Second orders of small angles: (1 + t^2)^2 in the exponent, t = D/4f, and the tangent of the angle for
+// its sine.
 double model_error(const RadialPsd& low, double radius) {
   const double k = 4 * pi / kWave, s = psd_moments(low).rms_slope_per_axis();
   const double eps = 3.0 / 8 * std::pow(2 * pi, 4) * radial_moment(low, 4) / (24 * k * k * std::pow(s, 4));
@@ -173,8 +172,7 @@ double model_error(const RadialPsd& low, double radius) {
 }
 
 struct Focus {
-  std::vector<double>
-      radii;  // that hold kFractions of the light by generalised Harvey-Shack of the whole [m]
+  std::vector<double> radii;  // that hold kFractions in generalised Harvey-Shack of the whole [m]
   std::vector<double> model_error;
 };
 
@@ -188,8 +186,7 @@ Focus focus_of(const Scene& scene) {
   return focus;
 }
 
-// How far the light of rays is off that of generalised Harvey-Shack, in tolerances: four standard errors and
-// what the model leaves out.
+// Deviation from generalised Harvey-Shack over the tolerance: four standard errors plus model error.
 Eigen::ArrayXd misses(const Focus& focus, const Light& light) {
   Eigen::ArrayXd off(light.within.size());
   for (Eigen::Index i = 0; i < off.size(); ++i)
@@ -208,12 +205,12 @@ void expect_harvey_shack(const Scene& scene, int draws) {
   const ScatterTable rest = table_of(scene.rest()), all = table_of(scene.psd);
   EXPECT_GT(rest.tis, 0.05);
   EXPECT_LT(rest.tis, 0.5);
-  // Else the bound says nothing: 0.14 to 0.48 %.
+  // The bound is small enough to be a test.
   EXPECT_LT(*std::max_element(focus.model_error.begin(), focus.model_error.end()), 0.005);
-  // Largest seen: 0.24 of the tolerance with 200 draws, 0.40 with 10000.
+  // Largest seen: 0.24 of the tolerance.
   const Eigen::ArrayXd pair = misses(focus, light_within(focus.radii, &surfaces, &rest, draws));
   EXPECT_LT(pair.maxCoeff(), 1) << pair.transpose();
-  // The cut at the bottom of the band, a perfect mirror that scatters: 0.25, 0.08.
+  // The cut at the bottom of the band: a perfect mirror that scatters.
   const Eigen::ArrayXd alone = misses(focus, light_within(focus.radii, nullptr, &all, draws));
   EXPECT_LT(alone.maxCoeff(), 1) << alone.transpose();
 }
@@ -230,9 +227,9 @@ TEST(ScatterTracing, ScatterOfTheWholeOnTermsCountsThemTwice) {
     const Focus focus = focus_of(scene);
     const Surfaces surfaces(scene.low());
     const ScatterTable all = table_of(scene.psd);
-    // 0.08 to 0.24 of the light is missing within every radius.
+    // Counting frequencies twice loses 0.08 to 0.24 of the energy within every radius.
     EXPECT_GT(misses(focus, light_within(focus.radii, &surfaces, &all, 100)).minCoeff(), 5);
-    // The rest forgotten: up to 0.02 and 0.09 too much.
+    // Without the rest there is up to 0.09 too much.
     EXPECT_GT(misses(focus, light_within(focus.radii, &surfaces, nullptr, 200)).maxCoeff(), 2);
   }
 }

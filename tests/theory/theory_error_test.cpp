@@ -25,7 +25,7 @@ const double kInf = std::numeric_limits<double>::infinity();
 }  // namespace
 
 TEST(ScatteringBand, CutsWhatIsShorterThanTheWavelength) {
-  // Share of a k-correlation beyond F: (1 + (B F)^2)^(1 - c/2).
+  // Fraction of a k-correlation variance beyond F: (1 + (B F)^2)^(1 - c/2).
   const double B = 0.1, c = 2.6, F = 1 / kLambda;
   const ScatteringBand band = scattering_band(RadialPsd(KCorrelationPsd{40e-9, B, c, 0, kInf}), kLambda);
   const double share = std::pow(1 + std::pow(B * F, 2), 1 - 0.5 * c);
@@ -64,7 +64,7 @@ TEST(TheoryError, CountsTheLightBeyondTenDegrees) {
   EXPECT_TRUE(error.applies);
   EXPECT_TRUE(error.clause.empty());
   EXPECT_NEAR(error.paraxial, 1.0 / (32 * 49), 1e-15);
-  // 90 % of the scattered light: exp(-(pi l f)^2) = 0.1.
+  // 90 % of the scattered energy: exp(-(pi l f)^2) = 0.1.
   EXPECT_NEAR(error.small_angle / (0.5 * std::pow(kLambda * std::sqrt(std::log(10.0)) / (pi * l), 2)), 1,
               1e-2);
   const TheoryError rough = theory_error(RadialPsd(GaussianPsd{10 * sigma, l}), kParabola, kCircle, kLambda);
@@ -75,7 +75,7 @@ TEST(TheoryError, CountsTheLightBeyondTenDegrees) {
 }
 
 TEST(TheoryError, OfSteepSlopesIsThatOfRays) {
-  // g = 60 with a slope of 0.2 per axis in rays of twice that: a Gaussian of the angle's sine.
+  // g = 60: rays turn by twice the slope, so the sine of the angle is Gaussian.
   const double g = 60, sigma = g * kLambda / (4 * pi), slope = 0.05, l = sigma * std::numbers::sqrt2 / slope;
   const TheoryError error = theory_error(RadialPsd(GaussianPsd{sigma, l}), kParabola, kCircle, kLambda);
   EXPECT_NEAR(error.beyond_ten_degrees, std::exp(-0.5 * std::pow(kTenDegrees / (2 * slope), 2)), 0.01);
@@ -104,7 +104,7 @@ TEST(RayErrorInLight, FallsWithTheRoughnessAndIsWhatItSays) {
     const double error = ray_error_in_light(light, rays, {0.2, 0.5, 0.9}, {0, 1e-3});
     EXPECT_LT(error, last) << g;
     last = error;
-    // Near focus a spot that is Gaussian has r dE/dr = 2 (1 - p) ln(1/(1 - p)).
+    // A Gaussian spot has r dE/dr = 2 (1 - p) ln(1/(1 - p)).
     const double radius = light.encircled_energy_radius(0.5, 0);
     const double alone = ray_error_in_light(light, rays, {0.5}, {0});
     const double slope_of_light = radius * light.at_plane(0).encircled_energy_slope(radius);

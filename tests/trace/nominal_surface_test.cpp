@@ -1,5 +1,4 @@
-// Known Zernikes of the mirror: against their textbook forms, against closed forms of where the light goes,
-// and through everything in `trace` that knows the nominal mirror.
+// Known Zernikes of the mirror against textbook forms and closed forms of the foci, in all of `trace`.
 #include "aberfit/trace/nominal_surface.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +16,8 @@ namespace {
 
 constexpr double kFocal = 2.8, kRadius = 0.21;
 
-// Orthonormal Zernikes 1 to 11 by Noll's index in Cartesian form, for x and y in units of the radius (Noll
-// 1976, table 1, with rho cos theta = x and rho sin theta = y).
+// Orthonormal Zernikes 1 to 11 by Noll's index in Cartesian form, x and y over the radius (Noll 1976, table
+// 1, with rho cos theta = x and rho sin theta = y).
 double noll(int j, double x, double y) {
   const double r2 = x * x + y * y;
   switch (j) {
@@ -58,7 +57,7 @@ const std::initializer_list<std::pair<int, double>> kAll = {{1, 40e-9}, {2, -20e
                                                             {5, 35e-9}, {6, -90e-9}, {7, -30e-9}, {8, 55e-9},
                                                             {9, 15e-9}, {10, 25e-9}, {11, -60e-9}};
 
-// Every layout that has a structure of its own, and shapes with corners.
+// Every layout with its own structure, and shapes with corners.
 std::vector<PupilSample> pupils() {
   return {make_pupil(CircleAperture{2 * kRadius}, {PupilLayout::kPolar, 2000, 1}),
           make_pupil(RectangleAperture{0.34, 0.24}, {PupilLayout::kGrid, 2000, 1}),
@@ -87,7 +86,7 @@ TEST(NominalSurface, HeightsAreThoseOfTheTextbookForms) {
       const double x = pupil.x[i], y = pupil.y[i];
       double expected = 0;
       for (const auto& [j, height] : kAll) expected += height * noll(j, x / kRadius, y / kRadius);
-      constexpr double kRounding = 1e-12 * 1e-6;  // of heights up to 1 um
+      constexpr double kRounding = 1e-12 * 1e-6;  // for heights up to 1 um
       EXPECT_NEAR(field.height[i], expected, kRounding);
       EXPECT_NEAR(departure[i], expected, kRounding);
       const double sag = base_surface(mirror, x, y).height, parabola = (x * x + y * y) / (4 * kFocal);
@@ -96,7 +95,7 @@ TEST(NominalSurface, HeightsAreThoseOfTheTextbookForms) {
   }
 }
 
-// The derivative of an analytic function by a step along the imaginary axis: no difference, so exact.
+// A step along the imaginary axis gives the derivative of an analytic function to rounding.
 TEST(NominalSurface, SlopesAreTheDerivativesOfTheHeightsOfAnySag) {
   Mirror mirror = mirror_with(kAll, -0.3);
   mirror.spherical = {1e-6, 0, -2e-5, 0, 1e-4};
@@ -129,7 +128,7 @@ TEST(NominalSurface, TellsWhichMirrorsAreParabolasAndWhichAreOfRevolution) {
   EXPECT_TRUE(departure_from_parabola(mirror_with({}), pupils()[0]).size() == 0);
 }
 
-// At f/0.6 the first term of the series is off by a tenth. The sag of a sphere is that of its circle.
+// At f/0.6 the first term of the series has an error of a tenth. The reference is the sag of the circle.
 TEST(NominalSurface, DepartureOfAFastSphereIsThatOfItsCircle) {
   using Real = long double;
   Mirror sphere;
@@ -145,15 +144,14 @@ TEST(NominalSurface, DepartureOfAFastSphereIsThatOfItsCircle) {
   }
 }
 
-// Z4 is a parabola: it makes of the mirror another one, 1/(4f') = 1/(4f) + 2 sqrt(3) a/R^2, moved by -sqrt(3)
-// a. Every ray meets the axis in its focus.
+// Z4 turns the mirror into another parabola, 1/(4f') = 1/(4f) + 2 sqrt(3) a/R^2, moved by -sqrt(3) a.
 TEST(NominalSurface, KnownDefocusMovesTheFocusToThatOfTheOtherParabola) {
   for (const double a : {120e-9, -3e-6}) {
     const double inverse = 1 / (4 * kFocal) + 2 * std::sqrt(3.0) * a / (kRadius * kRadius);
     const double focus = 1 / (4 * inverse) - std::sqrt(3.0) * a;
     const PupilSample pupil = pupils()[0];
     const RayBundle rays = trace_nominal(mirror_with({{4, a}}), pupil);
-    EXPECT_GT(Eigen::abs(rays.x).maxCoeff(), 1e-7);  // there is something to be undone
+    EXPECT_GT(Eigen::abs(rays.x).maxCoeff(), 1e-7);  // the rays miss the old focus
     EXPECT_LT(Eigen::abs(rays.x + (focus - kFocal) * rays.tx).maxCoeff(), 1e-14);
     EXPECT_LT(Eigen::abs(rays.y + (focus - kFocal) * rays.ty).maxCoeff(), 1e-14);
   }
@@ -195,11 +193,11 @@ TEST(NominalSurface, RaysAreThoseOfTheScalarTemplates) {
     }
 }
 
-// One ray's landing and direction, each of its derivatives by a step along the imaginary axis.
+// Landing and direction of each ray, differentiated by a step along the imaginary axis.
 TEST(NominalSurface, AdjointIsThatOfTheTraceWithTheZernikes) {
   using Complex = std::complex<double>;
   constexpr double kStep = 1e-40;
-  const Mirror mirror = mirror_with({{4, 2e-4}, {5, -1e-4}, {8, 3e-4}});  // large: their part must show
+  const Mirror mirror = mirror_with({{4, 2e-4}, {5, -1e-4}, {8, 3e-4}});  // large, so that their part shows
   const PupilSample pupil = pupils()[2];
   const SurfaceField field = rough_field(pupil.size(), 1e-3);
   RayGradient gradient;
@@ -223,8 +221,8 @@ TEST(NominalSurface, AdjointIsThatOfTheTraceWithTheZernikes) {
   }
 }
 
-// Central differences see the Zernikes of the mirror, too: Z11 has a third derivative, so that the slope of
-// the difference is off by step^2/6 of it, and what is handed to `trace` gives the rays of that surface.
+// Central differences include the mirror's Zernikes. Z11 has a third derivative, so the difference has an
+// error of step^2/6 times it, and `trace` gives the rays of that surface.
 TEST(NominalSurface, CentralDifferencesSeeTheKnownZernikes) {
   constexpr double kHeight = 2e-6, kStep = 5e-3;
   const Mirror mirror = mirror_with({{11, kHeight}});
@@ -236,7 +234,7 @@ TEST(NominalSurface, CentralDifferencesSeeTheKnownZernikes) {
       central_difference_field(mirror, pupil, terms, Eigen::VectorXd::Zero(1), kStep, 1);
   for (Eigen::Index i = 0; i < pupil.size(); ++i) {
     const double x = pupil.x[i], y = pupil.y[i];
-    // Along x, z = sqrt(5) a (6 u^4 + ...) with u = x/R: the difference adds step^2/6 z''' exactly.
+    // Along x, z = sqrt(5) a (6 u^4 + ...) with u = x/R. The difference adds exactly step^2/6 z'''.
     const double third = std::sqrt(5.0) * kHeight * 144 * x / std::pow(kRadius, 4);
     EXPECT_NEAR(field.slope_x[i], kStep * kStep / 6 * third, 1e-12) << x << ' ' << y;
   }

@@ -18,7 +18,7 @@ Mirror parabola() {
   return mirror;
 }
 
-// Slopes of a few urad and heights of 100 nm at every point, from a named stream.
+// Random slopes and heights at every point, from a named stream.
 SurfaceField rough_field(Eigen::Index n, double slope, double height) {
   SurfaceField field;
   field.resize(n);
@@ -65,8 +65,7 @@ TEST(Trace, ReflectsByTheVectorLaw) {
 }
 
 TEST(Trace, SphereHasItsThirdOrderAberration) {
-  // Sphere of radius 2f: a ray at height r crosses the axis at R - R/(2 cos i), sin i = r/R (elementary
-  // geometry).
+  // Sphere of radius 2f: a ray at height r crosses the axis at R - R/(2 cos i), sin i = r/R.
   Mirror sphere = parabola();
   sphere.conic = 0;
   PupilSample pupil{Eigen::ArrayXd::Constant(1, 0.15), Eigen::ArrayXd::Zero(1), Eigen::ArrayXd::Ones(1),
@@ -88,8 +87,7 @@ TEST(Trace, CountsLostRaysAndGivesThemNoWeight) {
 }
 
 TEST(Trace, AdjointIsTheTransposeOfTheDerivative) {
-  // <J v, g> = <v, J^T g>, with J v by a complex-step-like tiny difference of the closed form: relative 1e-7
-  // of a 1e-4 step's truncation.
+  // <J v, g> = <v, J^T g>, with J v by a difference of the closed form.
   const Mirror mirror = parabola();
   const PupilSample pupil = make_pupil(CircleAperture{0.4, 0}, {PupilLayout::kRandom, 50, 3});
   const SurfaceField field = rough_field(50, 1e-3, 1e-6), direction = rough_field(50, 1.0, 1.0);
@@ -127,7 +125,7 @@ TEST(Trace, AdjointIsTheTransposeOfTheDerivative) {
 }
 
 TEST(CentralDifference, LosesSlopeAsItsSecondOrderExpansionSays) {
-  // One cosine of frequency f: the difference sees sin(u)/u of the slope, u = 2 pi f d.
+  // One cosine of frequency f: the difference has sin(u)/u of the slope, u = 2 pi f d.
   TermSet terms;
   terms.radius = 0.2;
   terms.fourier = {{100, 0}};

@@ -14,13 +14,13 @@ using namespace aberfit::internal;
 
 namespace {
 
-// The bound trace's declaration promises.
+// The error bound in the declaration of `trace`.
 constexpr double kAbsolute = 1e-15, kRelative = 1e-13;
 
 std::vector<Mirror> mirrors() {
   Mirror parabola, ellipse, asphere, sphere;
   parabola.focal_length = ellipse.focal_length = asphere.focal_length = 2.8;
-  sphere.focal_length = 0.15;  // sag domain 0.3 m
+  sphere.focal_length = 0.15;  // sag defined up to 0.3 m
   ellipse.conic = -0.4;
   sphere.conic = 0;
   asphere.spherical = {1e-3, -2e-2, 0.3, 1.0, -5.0};
@@ -72,7 +72,7 @@ TEST(TraceKernel, AgreesWithTheScalarTemplatesInEveryInstructionSet) {
           const auto k = std::size_t(i);
           if (g2 < 1.0) {
             const Ray<double> ray = reflect(mirror.focal_length, pupil.x[i], pupil.y[i], s);
-            // 1 - g2 cancels: its rounding counts 1/(1 - g2) times.
+            // The rounding error of 1 - g2 grows by 1/(1 - g2).
             if (1.0 - g2 > 0.05) {
               expect_close(out[0][k], ray.x);
               expect_close(out[1][k], ray.y);

@@ -1,4 +1,4 @@
-// Pupils of direction cosines, PHYSICS 6: against sums over the mirror, exact rays and section 5's integrals.
+// Compares pupils of direction cosines (PHYSICS 6) with sums over the mirror, exact rays and PHYSICS 5.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -55,9 +55,9 @@ std::vector<MirrorNode> disc_nodes(double inner, double outer) {
   return nodes;
 }
 
-// Share of the light per area at (X, Y, f + dz): spherical waves from every point of the mirror, z(x, y)
-// high, by their exact path. Each falls with the distance from the focus and with the root of the cosine of
-// its angle there, so that the light through the plane is all that the mirror reflects.
+// Energy fraction per area at (X, Y, f + dz) from spherical waves of every point of the mirror, at height
+// z(x, y), by their exact path. Each wave falls with the distance from the focus and with the root of the
+// cosine of its angle there. So the energy through the plane is all that the mirror reflects.
 double kirchhoff(const std::vector<MirrorNode>& nodes, double f, double dz, double X, double Y,
                  const std::function<double(double, double)>& error) {
   std::complex<double> sum = 0;
@@ -90,13 +90,13 @@ std::vector<ExactCase> exact_cases() {
           {"f/1.5 pentagon", 0.03, PolygonAperture{pentagon}, polygon_nodes(pentagon)}};
 }
 
-// A smooth surface error, low enough for the nodes of the sum.
+// A smooth surface error, sampled well by the nodes of the sum.
 double smooth_error(double x, double y) {
   return 90e-9 * std::sin(260 * x + 130 * y) + 60e-9 * std::cos(300 * y - 90 * x);
 }
 
-// What is left: cells and, out of focus, the path to second order in t^2 dz/f. Seen: 1e-5 in focus, 7e-4 of
-// the peak at f/1 two waves out of it.
+// Remaining errors: the grid and, out of focus, the path to second order in t^2 dz/f. Largest: 1e-5 in focus,
+// 7e-4 of the peak at f/1 with two waves of defocus.
 TEST(ApertureExact, IntensityIsThatOfSphericalWavesFromTheMirror) {
   for (const ExactCase& c : exact_cases()) {
     const double unit = kWave * c.f / 0.02;  // lambda F
@@ -131,7 +131,7 @@ TEST(ApertureExact, CellsHoldTheAreaOfTheMirror) {
       const DiffractionPupil pupil = diffraction_pupil(c.aperture, c.f, 0.02 / cells);
       const double cell = std::pow(0.02 / cells, 2), area = aperture_area(c.aperture);
       EXPECT_NEAR(pupil.total * cell, area, 1e-12 * area) << c.name;
-      // int |A|^2 = int A A^2/A: amplitude is right to third order for any smooth field, A itself, too.
+      // int |A|^2 = int A A^2/A. `amplitude` is right to third order for any smooth field, so also for A.
       Eigen::ArrayXd root(pupil.sample.size());
       for (Eigen::Index k = 0; k < root.size(); ++k) {
         const double t2 = (std::pow(pupil.sample.x[k], 2) + std::pow(pupil.sample.y[k], 2)) / (4 * c.f * c.f);
@@ -145,7 +145,7 @@ TEST(ApertureExact, CellsHoldTheAreaOfTheMirror) {
   EXPECT_THROW(diffraction_pupil(CircleAperture{1.0}, 1.0, 0.01, {0.7, 0}), ComputationError);
 }
 
-// A smooth draw of given RMS height in waves and its EE radii in planes, by waves and by exact rays.
+// A smooth surface of given RMS height in wavelengths; its radii by wave optics and by exact rays.
 struct DrawBothWays {
   double f;
   Aperture aperture;
@@ -180,7 +180,7 @@ struct DrawBothWays {
   }
 };
 
-// Mean relative difference of EE radii from those of rays.
+// Mean relative difference of encircled-energy radii from those of rays.
 double difference(const Eigen::VectorXd& waves, const Eigen::VectorXd& rays) {
   return (waves.array() / rays.array() - 1).mean();
 }
@@ -204,7 +204,7 @@ TEST_WITH_SHORT_FORM(ApertureExact, SmoothDrawsFocusLikeTheirExactRaysAndTheMore
     for (int k = 0; k < 2; ++k) {
       const DrawBothWays draw(f, c.aperture, (k == 0 ? 2 : 12) * kWave, 5);
       const Eigen::VectorXd spot = draw.by_rays({EncircledEnergyRadius{0.9, 0}});
-      // In focus and where the cone is as wide as a third of the spot.
+      // In focus, and where the cone is a third as wide as the spot.
       const double dz = 0.3 * spot[0] * f / radius;
       std::vector<Statistic> statistics;
       for (const double fraction : {0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9})
@@ -218,8 +218,8 @@ TEST_WITH_SHORT_FORM(ApertureExact, SmoothDrawsFocusLikeTheirExactRaysAndTheMore
     RecordProperty("f/" + std::to_string(c.f_number), std::to_string(exact[0]) + " " +
                                                           std::to_string(exact[1]) + " paraxial " +
                                                           std::to_string(paraxial[1]));
-    // Diffraction widens the spot in proportion to 1/g, six times less at the second; what would be left at
-    // infinite g is the error of the theory. Seen: below 3e-4.
+    // Diffraction widens the spot in proportion to 1/g, six times less for the second surface. The remainder
+    // at infinite g is the error of the theory; it is below 3e-4.
     EXPECT_LT(std::abs(exact[1]), 0.25 * std::abs(exact[0]))
         << "f/" << c.f_number << ' ' << c.aperture.index();
     EXPECT_LT(std::abs(exact[1] - (exact[0] - exact[1]) / 5), 6e-4) << "f/" << c.f_number;
@@ -229,7 +229,7 @@ TEST_WITH_SHORT_FORM(ApertureExact, SmoothDrawsFocusLikeTheirExactRaysAndTheMore
   }
 }
 
-// Section 5: tangential std 2 f s, radial 2 f s (1 + t^2)/(1 - t^2), averaged over the aperture.
+// PHYSICS 5: standard deviations 2 f s tangential, 2 f s (1 + t^2)/(1 - t^2) radial; mean over the aperture.
 double section_5_radius(double fraction, double f, double radius, bool exact) {
   const Quadrature over_area = gauss_legendre(32, 0.0, 1.0);
   const auto inside = [&](double r) {
@@ -252,8 +252,7 @@ double section_5_radius(double fraction, double f, double radius, bool exact) {
   return low;
 }
 
-// Draws of one roughness differ by several percent; the ratio of their radii in exact and in paraxial pupils
-// does not.
+// Realisations differ by several percent, but the ratio of exact to paraxial radii does not.
 TEST_WITH_SHORT_FORM(ApertureExact, RoughDrawsSpreadByTheApertureExactIntegrals) {
   const double radius = 0.05;
   for (const double f_number : test::all_or_few(whole, std::vector{1.25, 2.5}, {0})) {

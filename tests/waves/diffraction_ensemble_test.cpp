@@ -35,11 +35,11 @@ Eigen::ArrayXd random_heights(const RadialPsd& psd, const DiffractionPupil& pupi
   return height;
 }
 
-// Radii that hold 50 % and 90 % of the light of the mean PSF of `draws` surfaces in focus [m], and their
-// standard errors from the scatter of the draws, by dr = dEE/EE'(r).
+// Radii that hold 50 % and 90 % of the energy of the mean PSF of `draws` surfaces in focus [m]. Their
+// standard errors come from the variation of the realisations, by dr = dEE/EE'(r).
 struct MeanPsf {
   Eigen::Array2d radius, error;
-  double aliased_share = 0;  // largest over the draws
+  double aliased_share = 0;  // largest of all realisations
 };
 
 template <typename Draw>
@@ -53,7 +53,7 @@ MeanPsf mean_psf(const DiffractionProblem& problem, int draws, const Draw& draw)
   for (int i = 0; i < draws; ++i) {
     const Eigen::ArrayXd height = draw(i);
     const DiffractionScene scene(problem, height, 1);
-    bench.focused.dz = std::nan("");  // of another surface
+    bench.focused.dz = std::nan("");  // plane of another surface
     DiffractionPlane plane(scene, grid, bench.buffers, bench.focused);
     plane.focus(0);
     transfer.push_back(plane.otf().values());
@@ -75,9 +75,9 @@ MeanPsf mean_psf(const DiffractionProblem& problem, int draws, const Draw& draw)
 }
 
 TEST(DiffractionEnsemble, MeetsBruteForceAndGeneralisedHarveyShack) {
-  // The stored numbers: mean PSF of 24 surfaces on 512 cells with focal pixels of 2.2 um. EE90 is good to
-  // half a pixel and the scatter of both ensembles; EE50 too where it lies outside the pixelated core. GHS
-  // has neither error, but its model agrees within 4 % only (PHYSICS 6).
+  // The stored numbers are mean PSFs of 24 surfaces on 512 cells with focal pixels of 2.2 um. EE90 is
+  // accurate to half a pixel and the variation of both ensembles, and so is EE50 if it lies outside the core.
+  // Generalised Harvey-Shack has neither error, but its model agrees only within 4 % (PHYSICS 6).
   const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 256);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   int rows = 0;
@@ -108,8 +108,8 @@ TEST(DiffractionEnsemble, MeetsBruteForceAndGeneralisedHarveyShack) {
 }
 
 TEST(DiffractionEnsemble, SteepSmoothSurfacesFocusLikeTheirRays) {
-  // g = 4 pi sigma/lambda of 24, kappa near 1: the same surface by rays and by waves, EE90 within 2 % in and
-  // out of focus, ring width too.
+  // g = 4 pi sigma/lambda is 24 and kappa is near 1. For the same surface, EE90 by rays and by wave optics
+  // agrees within 2 % in and out of focus; so does the ring width.
   TermSet terms;
   terms.radius = 0.5 * kDiameter;
   terms.zernike = zernike_modes(2, 8);
@@ -130,7 +130,7 @@ TEST(DiffractionEnsemble, SteepSmoothSurfacesFocusLikeTheirRays) {
   const Mirror mirror{kFocal};
   const RayBundle rays = trace(mirror, pupil.sample, field), nominal = trace_nominal(mirror, pupil.sample);
   const Eigen::VectorXd by_rays = evaluate_exact({rays, nominal, field.height}, statistics, 1);
-  EXPECT_GT(std::abs(by_rays[1] / by_rays[2] - 1), 0.03);  // so that the sign of dz counts
+  EXPECT_GT(std::abs(by_rays[1] / by_rays[2] - 1), 0.03);  // so the sign of dz matters
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(waves[k] / by_rays[k], 1, 0.02) << statistic_name(statistics[std::size_t(k)]);
 }

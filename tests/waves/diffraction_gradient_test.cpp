@@ -15,7 +15,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kFocal = 2.8, kDiameter = 0.4, kWave = 632.8e-9;
 
-// A number with its derivatives over everything that varies.
+// A number with its derivatives with respect to all variables.
 struct Dual {
   double v = 0;
   Eigen::ArrayXd d;
@@ -28,8 +28,7 @@ Dual operator/(const Dual& a, const Dual& b) { return {a.v / b.v, (a.d - a.v / b
 Dual sin(const Dual& a) { return {std::sin(a.v), std::cos(a.v) * a.d}; }
 Dual cos(const Dual& a) { return {std::cos(a.v), -std::sin(a.v) * a.d}; }
 
-// The PSF by direct summation over the pupil, in doubles or duals: neither transforms nor the transfer
-// function.
+// The PSF by direct summation in doubles or duals, without Fourier transforms or a transfer function.
 template <typename T>
 class Direct {
  public:
@@ -52,7 +51,7 @@ class Direct {
     const double total = pupil_.cover.sum(), pitch = pupil_.pitch_x / kWave;
     return (pitch * pitch / total) * ((re * re + im * im) / (distance * distance));
   }
-  // Inside the circle of radius r, by Gauss-Legendre over the radius and equal angles: spectrally accurate.
+  // Encircled energy of radius r, by Gauss-Legendre over the radius and equal angles; spectrally accurate.
   T energy(const T& r, const T& dz) const {
     constexpr int kRadii = 20, kAngles = 48;
     const Quadrature rule = gauss_legendre(kRadii, 0.0, 1.0);
@@ -65,7 +64,7 @@ class Direct {
       }
     return r * r * sum;
   }
-  // Integral over one period of the other axis: equal steps are exact for a band-limited function.
+  // Integral over one period of the other axis. Equal steps are exact for a band-limited function.
   T line(const T& position, bool along_x) const {
     constexpr int kSteps = 24;
     const double period = kWave * kFocal / pupil_.pitch_x;
@@ -102,9 +101,9 @@ double bisect(const std::function<double(double)>& f, double a, double b) {
 
 class DiffractionGradient : public testing::Test {
  protected:
-  // 9 cells across, heights of 40 nm: strong enough for every term to count, cheap enough for direct sums.
+  // 9 cells across with heights of 40 nm: every term matters, and direct sums stay cheap.
   DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 9);
-  // Independent heights turn the phase by more than pi here and there, which sums do not mind.
+  // Some phase steps of independent heights exceed pi, which does not affect sums.
   DiffractionProblem problem{pupil, kFocal, kWave, 1};
   Eigen::Index n = pupil.cover.size();
   Eigen::ArrayXd height = draw();
@@ -126,12 +125,12 @@ class DiffractionGradient : public testing::Test {
     }
     return result;
   }
-  Dual extra(double v) const {  // the one more variable
+  Dual extra(double v) const {  // the additional variable
     Dual result = dual.constant(v);
     result.d[n] = 1;
     return result;
   }
-  // x(h) where f(x, h) = 0 at x: -f_h/f_x. f: value with derivatives when x is the extra variable.
+  // x(h) with f(x, h) = 0 has the derivative -f_h/f_x. f: value and derivatives; x is the extra variable.
   Dual implicit(double x, const Dual& f) const {
     Dual result{x, -f.d / f.d[n]};
     result.d[n] = 0;
@@ -167,7 +166,7 @@ TEST_F(DiffractionGradient, OfTheRingWidthAgreesWithDualNumbersThroughDirectSums
   for (int k = -40; k <= 40; ++k)
     if (share(k * 2e-5) > share(top)) top = k * 2e-5;
   const auto slope = [&](double z) { return dual.energy(dual.constant(ring.v), extra(z)).d[n]; };
-  // Bisection of an exact slope, a few steps of which cost as much as all the rest: from 4e-5 to 1e-15 m.
+  // Bisection of an exact slope, from 4e-5 to 1e-15 m.
   double low = top - 2e-5, high = top + 2e-5;
   for (int k = 0; k < 36; ++k) (slope(0.5 * (low + high)) > 0 ? low : high) = 0.5 * (low + high);
   const double peak = 0.5 * (low + high), half = 0.5 * share(peak);
@@ -269,8 +268,7 @@ TEST(DiffractionCoefficientGradient, AgreesWithDifferencesOverZernikeAndFourierT
 }
 
 TEST(DiffractionCoefficientGradient, VanishesAtThePerfectMirror) {
-  // Flat phase is stationary for every energy: first-order changes are in quadrature with the field. A fit
-  // must not start there.
+  // Every energy is stationary at flat phase, because changes are in quadrature. A fit must not start there.
   const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 32);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   Eigen::VectorXd values;

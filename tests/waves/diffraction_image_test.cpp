@@ -39,7 +39,7 @@ TEST_F(DiffractionImage, HoldsAllEnergyThatTheFieldOfViewHolds) {
 }
 
 TEST_F(DiffractionImage, PixelsSumToTheEncircledEnergyOfTheTransferFunction) {
-  // Pixel counting is the crude twin: error of the order of the rim's pixels, 1e-3 of the energy here.
+  // Counting pixels has an error of the order of the rim's pixels, here 1e-3 of the energy.
   const PsfImage image = diffraction_psf(problem, rough, {8 * kAiryUnit, kAiryUnit / 40, 0});
   const double radius = 3.3 * kAiryUnit;
   double sum = 0;
@@ -53,7 +53,7 @@ TEST_F(DiffractionImage, PixelsSumToTheEncircledEnergyOfTheTransferFunction) {
 }
 
 TEST_F(DiffractionImage, PixelsAreIntegralsOfThePattern) {
-  // By Simpson's rule over 16 x 16 steps a pixel: 3e-5 of the brightest.
+  // Simpson's rule over 16 x 16 steps per pixel, with an error of 3e-5 of the brightest pixel.
   constexpr int kPixels = 9, kSteps = 16;
   const double half = 3 * kAiryUnit, pixel = 2 * half / kPixels, dz = -3e-4;
   const Eigen::ArrayXXd pixels = diffraction_pixels(problem, rough, dz, half, kPixels);
@@ -105,7 +105,7 @@ TEST_F(DiffractionImage, RefusesMoreSamplesThanFitInMemory) {
                  ComputationError)
         << pitch;
   }
-  // A window of few samples needs no transform of the whole field, however fine its pitch.
+  // A window of few samples needs no transform of the whole field, even with a fine pitch.
   const double pitch = field / 1e12;
   const PsfImage image = diffraction_psf(problem, flat, {2 * pitch, pitch, 0});
   EXPECT_EQ(image.method, PsfImage::Method::kMatrix);
@@ -143,13 +143,13 @@ TEST_F(DiffractionImage, AxialIntensityFollowsSincSquaredWithItsZeroAtEightLambd
 }
 
 TEST_F(DiffractionImage, SinusoidalGratingSendsBesselSquaredIntoItsOrders) {
-  // An aperture of 12 whole periods: every order is a sinc whose zeros are the other orders, so the intensity
-  // at n lambda f nu is J_n(4 pi a/lambda)^2 of the unaberrated peak (Goodman 4.4.4). 16 cells a period:
-  // order n + 16 lands there, too: 2 J_4 J_12 = 4e-12 at most.
+  // The aperture has 12 whole periods, so every order is a sinc whose zeros are the other orders. The
+  // irradiance at n lambda f nu is J_n(4 pi a/lambda)^2 of the unaberrated peak (Goodman 4.4.4). With 16
+  // cells per period, order n + 16 falls there too: 2 J_4 J_12 = 4e-12 at most.
   const double width = 0.24, nu = 12 / width, a = 80e-9;
   const DiffractionPupil square = diffraction_pupil(RectangleAperture{width, width}, kParaxial, width / 192);
   DiffractionPupil plain = square;
-  plain.amplitude = plain.cover;  // equal cells: the discrete sum is exact
+  plain.amplitude = plain.cover;  // with equal cells the discrete sum is exact
   const DiffractionProblem grating{plain, kFocal, kWave};
   const Eigen::ArrayXd height = a * (2 * kPi * nu * square.sample.x).sin();
   const double order = kWave * kFocal * nu, peak = std::pow(width / (kWave * kFocal), 2);
@@ -159,7 +159,7 @@ TEST_F(DiffractionImage, SinusoidalGratingSendsBesselSquaredIntoItsOrders) {
     const double expected = std::pow(boost::math::cyl_bessel_j(n, 4 * kPi * a / kWave), 2);
     EXPECT_NEAR(at(image, n * order, 0) / peak, expected, 1e-11) << n;
     EXPECT_NEAR(at(corrected, n * order, 0) / peak, expected, 1e-3)
-        << n;  // the corrected edge is no whole period
+        << n;  // the corrected edge is not a whole period
   }
 }
 

@@ -1,4 +1,4 @@
-// The highest irradiance of a surface's pattern: its place, its value and its gradient over the heights.
+// Tests the position, value and height gradient of the highest irradiance.
 #include "aberfit/waves/diffraction_peak.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kFocal = 2.8, kDiameter = 0.4, kWave = 632.8e-9;
 
-// Scatter whose mean spot nobody asks for.
+// Scatter whose mean spot is not used.
 class GaussianScatter : public MeanScatter {
  public:
   Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override {
@@ -44,7 +44,7 @@ struct Scene {
     if (scattered) result.scatter = std::make_shared<GaussianScatter>();
     return result;
   }
-  // Coma, astigmatism and something irregular: highest off the axis.
+  // Coma, astigmatism and an irregular term put the highest point off the axis.
   Eigen::ArrayXd height() const {
     return 130e-9 * (3 * (x.square() + y.square()) - 2) * x + 40e-9 * x * y + 25e-9 * (5 * x - 2 * y).sin();
   }
@@ -60,7 +60,7 @@ double strehl_of(const DiffractionProblem& problem, const Eigen::ArrayXd& height
   return values[0];
 }
 
-// By the plain sum over cells, on a raster and then on finer ones about its best point.
+// Compares with the plain sum over cells, on a raster and on finer rasters about its best point.
 TEST(DiffractionPeak, IsTheHighestOfThePattern) {
   for (const Aperture& aperture : std::vector<Aperture>{
            CircleAperture{kDiameter}, AnnulusAperture{kDiameter, 0.2}, RectangleAperture{kDiameter, 0.25}}) {
@@ -94,7 +94,7 @@ TEST(DiffractionPeak, IsTheHighestOfThePattern) {
   }
 }
 
-// A telescope that points elsewhere has the same image there.
+// A tilted telescope has the same image elsewhere.
 TEST(DiffractionPeak, DoesNotKnowOfTilt) {
   const Scene scene;
   for (const bool scattered : {false, true}) {
@@ -110,7 +110,8 @@ TEST(DiffractionPeak, DoesNotKnowOfTilt) {
   }
 }
 
-// The highest point moves with the heights, and its value not by that: central differences of the whole.
+// The highest point moves with the heights, but its value is stationary under this shift. Compares with
+// central differences of the whole.
 TEST(DiffractionPeak, HasTheGradientOfItsPlace) {
   const Scene scene;
   const Eigen::ArrayXd height = scene.height();
@@ -131,7 +132,7 @@ TEST(DiffractionPeak, HasTheGradientOfItsPlace) {
   }
 }
 
-// With scatter: the transform of lags times H, at the place found and around it.
+// With scatter: the transform of lags times H, at the peak and around it.
 TEST(DiffractionPeak, WithScatterIsTheHighestOfTheImage) {
   const Scene scene(CircleAperture{kDiameter});
   const DiffractionProblem problem = scene.problem(true);

@@ -30,9 +30,8 @@ Eigen::VectorXd values_of(const DiffractionProblem& problem, const Eigen::ArrayX
 
 Eigen::ArrayXd flat(const DiffractionPupil& pupil) { return Eigen::ArrayXd::Zero(pupil.cover.size()); }
 
-// Encircled energy of the Airy pattern of an annulus of linear obscuration e, v = pi r/(lambda F):
-// 1/(2 (1-e^2)) int_0^v (2 J1(t)/t - e^2 2 J1(e t)/(e t))^2 t dt (Born & Wolf 8.5; 1 - J0^2 - J1^2 for e =
-// 0).
+// Encircled energy of the Airy pattern of an annulus with linear obscuration e, v = pi r/(lambda F): 1/(2
+// (1-e^2)) int_0^v (2 J1(t)/t - e^2 2 J1(e t)/(e t))^2 t dt (Born & Wolf 8.5; 1 - J0^2 - J1^2 for e = 0).
 double airy_energy(double v, double e) {
   if (e == 0) return 1 - bessel(0, v) * bessel(0, v) - bessel(1, v) * bessel(1, v);
   const Quadrature rule = gauss_legendre(120, 0.0, v);
@@ -55,7 +54,7 @@ double airy_radius(double fraction, double e) {
 }
 
 TEST(DiffractionPsf, AiryRadiiOfACircleMeetTheClosedForm) {
-  // Seen: 2.3e-7 (EE90) for 128 cells, 1.4e-5 for 32; even and odd grids alike.
+  // Largest errors: 2.3e-7 (EE90) for 128 cells, 1.4e-5 for 32, for even and odd grids alike.
   for (const auto& [cells, tolerance] :
        std::vector<std::pair<int, double>>{{31, 2e-5}, {32, 2e-5}, {127, 4e-7}, {128, 4e-7}}) {
     const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / cells);
@@ -77,7 +76,7 @@ TEST(DiffractionPsf, AiryEnergyOfAnAnnulusMeetsTheIntegral) {
   const Eigen::ArrayXd radius = kAiryUnit * Eigen::ArrayXd::LinSpaced(6, 0.5, 3.0);
   const Eigen::ArrayXd energy = diffraction_encircled_energy(problem, flat(pupil), 0, radius);
   for (int k = 0; k < 6; ++k)
-    EXPECT_NEAR(energy[k], airy_energy(kPi * radius[k] / kAiryUnit, e), 1e-6) << k;  // seen 2e-7
+    EXPECT_NEAR(energy[k], airy_energy(kPi * radius[k] / kAiryUnit, e), 1e-6) << k;  // largest error 2e-7
 }
 
 TEST(DiffractionPsf, CoverIsTheExactAreaOfEveryAperture) {
@@ -93,8 +92,8 @@ TEST(DiffractionPsf, CoverIsTheExactAreaOfEveryAperture) {
 }
 
 TEST(DiffractionPsf, EdgesIntegrateSmoothFieldsToThirdOrder) {
-  // int cos(k x) cos(l y) over rectangle and triangle, against closed forms: the sum of `amplitude` gains a
-  // factor of 6 or more when the pitch halves, that of `cover` about 4.
+  // int cos(k x) cos(l y) over rectangle and triangle, against closed forms. When the pitch halves, the error
+  // of the sum of `amplitude` falls by a factor of 6 or more, that of `cover` by about 4.
   const double k = 31, l = 23;
   const auto error = [&](const Aperture& aperture, double pitch, double exact, bool corrected) {
     const DiffractionPupil pupil = diffraction_pupil(aperture, kParaxial, pitch);
@@ -111,7 +110,7 @@ TEST(DiffractionPsf, EdgesIntegrateSmoothFieldsToThirdOrder) {
   const double corner =
       (rule.weights * (k * rule.nodes).cos() * (l * b * (1 - rule.nodes / a)).sin() / l).sum();
   for (const auto& [aperture, exact] : {std::pair(box, rectangle), std::pair(triangle, corner)}) {
-    double coarse = 0, fine = 0, plain = 0;  // over grids that cut the edges differently
+    double coarse = 0, fine = 0, plain = 0;  // over grids that intersect the edges differently
     for (int i = 0; i < 7; ++i) {
       coarse = std::max(coarse, error(aperture, 0.0102 + 0.0003 * i, exact, true));
       fine = std::max(fine, error(aperture, (0.0102 + 0.0003 * i) / 2, exact, true));
@@ -124,7 +123,7 @@ TEST(DiffractionPsf, EdgesIntegrateSmoothFieldsToThirdOrder) {
 
 TEST(DiffractionPsf, DefocusAgreesInSignAndSizeWithRays) {
   // A surface h = c rho^2 moves the focus: rays X = x (-4 c (f+dz) - dz/f) meet at dz = -4 c f^2/(1 + 4 c f).
-  // There the PSF is the Airy pattern again, (f + dz)/f larger.
+  // The PSF there is the Airy pattern, larger by (f + dz)/f.
   const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 64);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   const double c = 2e-5, dz = -4 * c * kFocal * kFocal / (1 + 4 * c * kFocal);
@@ -137,9 +136,9 @@ TEST(DiffractionPsf, DefocusAgreesInSignAndSizeWithRays) {
 }
 
 TEST(DiffractionPsf, EnergyBeyondTheFieldOfViewFallsWithTheCells) {
-  // Airy: 1 - EE(r) -> 2 lambda F/(pi^2 r); beyond a square of half width w that is 1.80/(pi^2 w) lambda F
-  // (the mean of 1/r over the square's edge, 0.9003/w), w = N lambda F/2: 0.365/N. The corrected amplitudes
-  // weaken the outermost light by some of it.
+  // Airy: 1 - EE(r) -> 2 lambda F/(pi^2 r). Beyond a square of half width w it is 1.80/(pi^2 w) lambda F,
+  // because the mean of 1/r over the square's edge is 0.9003/w. With w = N lambda F/2 this is 0.365/N. The
+  // corrected amplitudes reduce the outermost energy slightly.
   for (const int cells : {64, 256}) {
     const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / cells);
     const DiffractionCheck check = check_diffraction({pupil, kFocal, kWave}, flat(pupil), 0);
@@ -153,7 +152,7 @@ TEST(DiffractionPsf, EnergyBeyondTheFieldOfViewFallsWithTheCells) {
 TEST(DiffractionPsf, SurfacesTooSteepForTheGridAreRefused) {
   const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 64);
   const DiffractionProblem problem{pupil, kFocal, kWave};
-  // 4 pi slope pitch/lambda = pi at slope = lambda/(4 pitch).
+  // 4 pi slope pitch/lambda = pi when slope = lambda/(4 pitch).
   const double limit = kWave / (4 * pupil.pitch_x);
   const std::vector<Statistic> statistics = {RingThrough{5e-6, 0}};
   Eigen::VectorXd values;
@@ -163,7 +162,7 @@ TEST(DiffractionPsf, SurfacesTooSteepForTheGridAreRefused) {
       evaluate_diffraction(problem, 1.02 * limit * pupil.sample.x, statistics, 1, nullptr, &values, nullptr));
   EXPECT_TRUE(std::isnan(values[0]));
   EXPECT_EQ(check_diffraction(problem, 1.02 * limit * pupil.sample.x, 0).warnings.at(0).code, "psf-aliased");
-  // Defocus steepens the phase, too: light of the rim lands at R dz/f.
+  // Defocus also steepens the phase: rays of the rim land at R dz/f.
   const double edge = 32 * kAiryUnit * kFocal / (0.5 * kDiameter);
   EXPECT_FALSE(evaluate_diffraction(problem, flat(pupil), {RingThrough{5e-6, 1.3 * edge}}, 1, nullptr,
                                     &values, nullptr));
@@ -181,8 +180,8 @@ TEST(DiffractionPsf, RecommendedSamplingKeepsTheSpotInHalfTheFieldOfView) {
 }
 
 TEST(DiffractionPsf, AMapWithHolesDiffractsLikeTheOpaqueAperture) {
-  // A map with an unmeasured square in its middle, aligned with cells, against the difference of two
-  // rectangles done by brute force: |E_outer - E_hole|^2, both sinc products, integrated over the disc.
+  // A map has an unmeasured square in its centre, aligned with cells. Brute force uses the difference of two
+  // rectangles: |E_outer - E_hole|^2 of both sinc products, integrated over the disc.
   HeightMap map;
   map.pitch_x = 2e-3;
   map.pitch_y = 3e-3;
@@ -214,7 +213,7 @@ TEST(DiffractionPsf, AMapWithHolesDiffractsLikeTheOpaqueAperture) {
                             rule.nodes[k] * std::sin(2 * kPi * j / 128));
     const double found =
         diffraction_encircled_energy(problem, height, 0, Eigen::ArrayXd::Constant(1, radius))[0];
-    EXPECT_NEAR(found, energy, 5e-5) << radius;  // edges of third order; seen up to 2e-5
+    EXPECT_NEAR(found, energy, 5e-5) << radius;  // third-order edges; largest error 2e-5
   }
   EXPECT_EQ(check_diffraction(problem, height, 0).warnings.at(0).code, "psf-holes");
 }
@@ -242,7 +241,7 @@ TEST(DiffractionPsf, PlanesThatDoNotExistHaveNoValues) {
     EXPECT_THROW(check_diffraction(problem, flat(pupil), dz), std::invalid_argument) << dz;
     EXPECT_TRUE(diffraction_encircled_energy(problem, flat(pupil), dz, radius).isNaN().all()) << dz;
     EXPECT_THROW(diffraction_psf(problem, flat(pupil), {0, 0, dz}), ComputationError) << dz;
-    // Nor do they disturb the planes next to them.
+    // They do not disturb neighbouring planes either.
     const Eigen::VectorXd found = values_of(problem, flat(pupil),
                                             {EncircledEnergyRadius{0.5, dz}, EncircledEnergyRadius{0.5, 0},
                                              RingThrough{kAiryUnit, dz}, EncircledEnergyRadius{0.5, 0}});
@@ -278,7 +277,7 @@ TEST(DiffractionPsf, RingThroughProfileOfAnIdealMirrorPeaksAtFocusAndHasTheRight
   const double ring = airy_radius(0.9, 0);
   const auto found = values_of(problem, flat(pupil), {RingFwhm{0.9, std::nullopt}, RingFwhm{0.9, ring}});
   EXPECT_NEAR(found[0] / found[1], 1, 1e-6);
-  // Second way: N(z) of the profile by Lommel's integral.
+  // Second method: N(z) by Lommel's integral.
   const auto share = [&](double dz) {
     return test::light_by_lommel(0.5 * kDiameter, kFocal, kWave, ring, dz);
   };
@@ -296,7 +295,7 @@ TEST(DiffractionPsf, RingThroughProfileOfAnIdealMirrorPeaksAtFocusAndHasTheRight
 }
 
 TEST(DiffractionPsf, LineSpreadWidthOfASquareIsThatOfSincSquared) {
-  // L(x) ~ sinc^2(w x/(lambda f)) along the side of a square: FWHM 0.885892941 lambda f/w.
+  // L(x) ~ sinc^2(w x/(lambda f)) along the side of a square, with FWHM 0.885892941 lambda f/w.
   const DiffractionPupil pupil = diffraction_pupil(RectangleAperture{0.3, 0.3}, kParaxial, 0.3 / 100);
   const auto found = values_of({pupil, kFocal, kWave}, flat(pupil), {SpotFwhm{0}});
   EXPECT_NEAR(found[0] / (0.885892941 * kWave * kFocal / 0.3), 1, 1e-5);
@@ -321,7 +320,7 @@ TEST(DiffractionPsf, ResultsDoNotDependOnThreadsOrOnReusedMemory) {
 }
 
 TEST(DiffractionPsf, AWorkspaceTellsOneSurfaceFromTheNext) {
-  // What a workspace remembers of a plane must go with the heights, the pupil, the light and the mirror.
+  // Stored data of a plane must depend on the heights, the pupil, the wavelength and the mirror.
   const std::vector<Statistic> statistics = {EncircledEnergyRadius{0.5, 0}, RingFwhm{},
                                              EncircledEnergyRadius{0.9, 2e-4}, RingThrough{6e-6, 2e-4},
                                              SpotFwhm{1e-6}};
@@ -347,20 +346,20 @@ TEST(DiffractionPsf, AWorkspaceTellsOneSurfaceFromTheNext) {
   compare({pupil, kFocal, 1.01 * kWave}, statistics);
   compare({pupil, 1.01 * kFocal, kWave}, statistics);
   compare({pupil, kFocal, kWave, 3}, statistics);
-  pupil.amplitude[100] *= 0.5;  // in place: the address stays
+  pupil.amplitude[100] *= 0.5;  // in place, so the address is the same
   compare({pupil, kFocal, kWave}, statistics);
   pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 36);
   height = 60e-9 * (25 * pupil.sample.x + 3).sin();
   compare({pupil, kFocal, kWave}, statistics);
 }
 
-// From one surface to one that differs by a little or by much, from one grid to the next, and where what was
-// found before is of no use: a ring that is followed is the one that a search finds.
+// A followed ring must be the one that a search finds. The surfaces and grids differ slightly or strongly,
+// and some starting values are useless.
 TEST(DiffractionPsf, RingsThatAreFollowedAreThoseThatAreFound) {
   const std::vector<Statistic> rings = {RingFwhm{}, RingFwhm{0.5, std::nullopt}, RingFwhm{0.8, std::nullopt}};
   DiffractionWorkspace workspace;
   workspace.follow_rings();
-  constexpr double kFollowed = 1e-6;  // a millionth of a step of the search, at either side
+  constexpr double kFollowed = 1e-6;  // 1e-6 of a step of the search on either side
   for (const int cells : {40, 54})
     for (const double rms : {60e-9, 61e-9, 30e-9, 120e-9, 0.0}) {
       const DiffractionPupil pupil =

@@ -1,5 +1,5 @@
-// The transfer function on its grid of lags: Goodman's of a circle, the factor of scatter, and which lags are
-// taken where there are many.
+// Tests the transfer function on its grid of lags: Goodman's formula for a circle, the factor of scatter, and
+// the lags that are kept when there are many.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kFocalLength = 28, kRadius = 0.2, kWavelength = 632.8e-9;
 
-// H = exp(-x/10 cm) for the transfer function; nothing else of it is asked for here.
+// H = exp(-x/10 cm) for the transfer function; the tests use nothing else.
 class ExponentialScatter : public MeanScatter {
  public:
   Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override { return (-10 * shear).exp(); }
@@ -27,7 +27,7 @@ class ExponentialScatter : public MeanScatter {
   double scatter_rms() const override { return 0; }
 };
 
-// Introduction to Fourier Optics, 6.31.
+// Goodman, Introduction to Fourier Optics, 6.31.
 double circle_otf(double shear) {
   const double s = shear / (2 * kRadius);
   return s < 1 ? 2 / std::numbers::pi * (std::acos(s) - s * std::sqrt(1 - s * s)) : 0;
@@ -55,7 +55,7 @@ TEST(DiffractionTransfer, OfACircleIsGoodmansTimesThatOfTheScatter) {
       EXPECT_LT(std::abs(scattered.value(row, column) - plain.value(row, column) * std::exp(-10 * shear)),
                 1e-13);
     }
-  EXPECT_LT(worst, 5e-4);  // corners of edge cells, 96 of them across
+  EXPECT_LT(worst, 5e-4);  // corners of edge cells, for 96 cells across
   RecordProperty("worst", std::to_string(worst));
   EXPECT_NEAR(shear_of(plain, plain.middle, 2 * plain.middle), 2 * kRadius, 3 * 2 * kRadius / 96);
 }

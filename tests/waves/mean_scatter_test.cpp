@@ -7,7 +7,7 @@
 
 #include "aberfit/waves/diffraction_psf.h"
 
-// Roughness that no height stands for, as a factor on the transfer function.
+// Tests roughness that is not part of the heights, as a factor on the transfer function.
 
 namespace aberfit {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kFocal = 2.8, kDiameter = 0.4, kWave = 632.8e-9;
 
-// A Gaussian correlation of rms phase `g`, with a mean spot that is nothing but a smooth curve.
+// A Gaussian correlation of RMS phase `g`; its mean spot is only some smooth curve.
 class Gaussian : public MeanScatter {
  public:
   Gaussian(double g, double length) : g2_(g * g), length_(length) {}
@@ -106,7 +106,7 @@ TEST(MeanScatter, ThreadsAndWorkspacesChangeNothing) {
   const Eigen::VectorXd alone = bench.values(bench.height, statistics, &one, 1);
   EXPECT_EQ(alone, bench.values(bench.height, statistics, &two, 3));
   for (std::size_t k = 0; k < one.size(); ++k) EXPECT_TRUE((one[k] == two[k]).all());
-  // A workspace that has seen the same grid without scatter, and with another one.
+  // The workspace was used for the same grid without scatter, and with other scatter.
   DiffractionWorkspace workspace;
   Eigen::VectorXd result;
   DiffractionProblem problem = bench.problem();
@@ -122,8 +122,7 @@ TEST(MeanScatter, ThreadsAndWorkspacesChangeNothing) {
   EXPECT_EQ(result, alone);
 }
 
-// The mean spot is of the mirror without roughness: another one on the same cells, or other cells lit, and a
-// workspace has another.
+// A workspace must notice that the mean spot belongs to another mirror or another pupil on the same cells.
 TEST(MeanScatter, AWorkspaceKnowsWhichMirrorItsMeanSpotsAreOf) {
   const Bench bench;
   const Eigen::ArrayXd nominal =
@@ -163,7 +162,7 @@ TEST(MeanScatter, BeyondTheFieldOfViewTheCurveIsTheMeanSpots) {
               bench.scatter->encircled_energy(1.7 * field) - bench.scatter->encircled_energy(field), 1e-10);
 }
 
-// A square far beyond the field of view costs no more than one within it, and lies between its circles.
+// A square far beyond the field of view costs no more; its energy lies between those of its circles.
 TEST(MeanScatter, AHugeSquareHoldsWhatItsCirclesDo) {
   const Bench bench;
   for (const double side : {2e-3, 0.1, 2.0}) {
@@ -175,8 +174,7 @@ TEST(MeanScatter, AHugeSquareHoldsWhatItsCirclesDo) {
   }
 }
 
-// With a scatter function that is nothing, statistics are those without one but for what the mean spot knows
-// better: here it is that of the heights' own grid.
+// Tests that the image's transfer function is multiplied by H. Scatter without roughness must change nothing.
 TEST(MeanScatter, AnImageIsSpreadByTheScatterFunction) {
   const Bench bench;
   DiffractionProblem problem = bench.problem();
@@ -187,7 +185,7 @@ TEST(MeanScatter, AnImageIsSpreadByTheScatterFunction) {
   ASSERT_EQ(spread.intensity.rows(), sharp.intensity.rows());
   const double area = spread.pitch * spread.pitch;
   EXPECT_NEAR(spread.intensity.sum() * area, sharp.intensity.sum() * area, 1e-9);
-  // The transfer function of both along x, by direct sums over the field of view, at some lags.
+  // The transfer function of both images along x, by direct sums over the field of view.
   for (const int lag : {1, 3, 7, 12}) {
     const double step = 2 * kPi * lag * bench.pupil.pitch_x / (kWave * (kFocal + window.dz)) * spread.pitch;
     double of_spread = 0, of_sharp = 0;

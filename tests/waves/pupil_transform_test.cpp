@@ -1,4 +1,4 @@
-// The transforms of pupils against their sums.
+// Compares the transforms of pupils with direct sums.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,13 +21,13 @@ std::vector<double> normals(std::size_t count, const char* name) {
   return values;
 }
 
-// Pupils of odd and even sizes, of one block of columns and several, square and not.
+// Pupils of odd and even sizes, of one and several blocks of columns, square and not.
 struct Fields {
   int rows, columns;
   double padding;
 };
 
-// Random cells of a pupil.
+// Random field on the cells of a pupil.
 class Field {
  public:
   explicit Field(const Fields& of)
@@ -50,7 +50,7 @@ class Field {
   std::vector<double> random_;
 };
 
-// g of the lags that there are, row after row of the pupil.
+// Writes g at the existing lags, row after row of the pupil.
 void put_kernel(const std::vector<double>& g, const PupilTransform& transform, PupilTransform::Buffers* b) {
   std::fill_n(b->quarter.data(), transform.quarter_size(), 0.0);
   for (int my = 0; my < transform.lag_rows(); ++my)
@@ -59,14 +59,14 @@ void put_kernel(const std::vector<double>& g, const PupilTransform& transform, P
           g[std::size_t(my * transform.columns() + mx)];
 }
 
-// Of the largest sum.
+// relative to the largest sum
 struct Rounding {
   Precision precision;
   double forth, back;
 };
 constexpr Rounding kRoundings[] = {{Precision::kDouble, 1e-14, 1e-13}, {Precision::kSingle, 2e-7, 4e-6}};
 
-// Random light in focus, with its correlation.
+// A random field in focus, with its correlation.
 struct Focused {
   Focused(const Fields& c, Precision precision)
       : transform(c.rows, c.columns, c.padding, precision),
@@ -77,11 +77,11 @@ struct Focused {
     transform.to_focus(&focal, &buffers);
     transform.correlation(focal, &buffers);
   }
-  // What `correlation` left at a lag.
+  // The result of `correlation` at a lag.
   double even(int my, int mx) const {
     return buffers.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)];
   }
-  // What a kernel leaves in the pupil.
+  // Transforms back to the pupil with a kernel.
   void go_back(const std::vector<double>& g) {
     put_kernel(g, transform, &buffers);
     transform.kernel(&buffers.kernel, &buffers);
@@ -106,7 +106,7 @@ void expect_sums_there_and_back(const Fields& c, const Rounding& rounding) {
   ASSERT_GE(m_x, 2 * c.columns - 1);
   ASSERT_GE(m_y, 2 * c.rows - 1);
   const double power = double(m_x) * m_y;
-  // C_m by its definition; the even part is what circles see.
+  // C_m by its definition. Circles need only its even part.
   const auto correlation = [&](int my, int mx) {
     Complex sum = 0;
     for (int row = std::max(0, -my); row + std::max(my, 0) < c.rows; ++row)
@@ -126,7 +126,7 @@ void expect_sums_there_and_back(const Fields& c, const Rounding& rounding) {
   for (int m = 0; m < c.rows; ++m)
     EXPECT_LE(std::abs(along_y[m] - power * correlation(m, 0)), rounding.forth * scale);
 
-  // Back with a kernel g: V_k = M sum_m g(m) E_(k+m).
+  // Back transform with a kernel g: V_k = M sum_m g(m) E_(k+m).
   const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
   focused.go_back(g);
   for (int row = 0; row < c.rows; ++row)
@@ -145,7 +145,7 @@ TEST(PupilTransform, IsItsSumThereAndBack) {
       expect_sums_there_and_back(c, rounding);
 }
 
-// With fewer samples a lag comes with those that are m_x or m_y away from it, in correlations as in kernels.
+// With fewer samples, a lag merges with those that are m_x or m_y away, in correlations and in kernels.
 void expect_folded_lags(const Fields& c, const Rounding& rounding) {
   Focused focused(c, rounding.precision);
   const PupilTransform& transform = focused.transform;

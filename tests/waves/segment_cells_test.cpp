@@ -1,5 +1,4 @@
-// Cells of segments that stand apart, against closed forms and against cells of the same aperture in one
-// piece.
+// Compares the grid cells of separate segments with closed forms and with those of the undivided aperture.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,8 +20,8 @@ Eigen::VectorXd of(const DiffractionPupil& pupil, double focal_length, const Eig
   return values;
 }
 
-// Two halves of a slow square whose heights differ by d, on 37 cells, so that the middle row is of both: on
-// the axis their fields add to cos(2 pi d/lambda) of all.
+// The heights of two halves of a square differ by d. With 37 cells the middle row belongs to both halves. On
+// the axis the field is cos(2 pi d/lambda) of the total.
 TEST(SegmentCells, OfTwoHalvesInterfereByTheirStep) {
   const double f = 200;
   SegmentedAperture halves{
@@ -45,7 +44,7 @@ TEST(SegmentCells, OfTwoHalvesInterfereByTheirStep) {
   }
 }
 
-// Without heights, cells of segments and cells of the whole are one aperture, in focus and out.
+// With zero heights, cells of segments and cells of the whole are the same aperture, in focus and out.
 TEST(SegmentCells, InTheirPlacesAreOneAperture) {
   const double f = 3;
   SegmentedAperture whole =
@@ -66,8 +65,7 @@ TEST(SegmentCells, InTheirPlacesAreOneAperture) {
     }
 }
 
-// A tilt of a segment that light of the whole aperture sees: half of a square turned by more than lambda/D
-// brings its light to 2 f times the slope.
+// One half of a square is tilted by more than lambda/D, which moves its image by 2 f times the slope.
 TEST(SegmentCells, TiltTheirOwnLight) {
   const double f = 200, slope = 8e-5;
   SegmentedAperture halves{
@@ -77,7 +75,7 @@ TEST(SegmentCells, TiltTheirOwnLight) {
   Eigen::ArrayXd height = Eigen::ArrayXd::Zero(pupil.cover.size());
   for (Eigen::Index k = 0; k < height.size(); ++k)
     if (pupil.sample.segment[std::size_t(k)] == 1) height[k] = slope * (pupil.sample.x[k] - 0.05);
-  // Half of the light is about the axis, the other half 32 mm from it.
+  // Half of the energy is near the axis, the other half 32 mm from it.
   const Eigen::VectorXd inside =
       of(pupil, f, height, {EncircledEnergyRadius{0.45, 0}, EncircledEnergyRadius{0.6, 0}});
   EXPECT_LT(inside[0], 0.3 * 2 * f * slope);

@@ -1,4 +1,4 @@
-// Light in single precision against the same in double precision.
+// Compares wave optics in single and double precision.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kFocal = 2.8, kWave = 632.8e-9, kAcross = 0.4, kGrain = kWave * kFocal / kAcross;
 
-// A sum of plane waves: a spot of about `g` times 2 grains.
+// A sum of plane waves; the spot has about `g` times 2 speckles.
 Eigen::ArrayXd rough(const DiffractionPupil& pupil, double g, std::uint64_t seed) {
   constexpr int kModes = 60;
   constexpr double kCycles = 5, kTurn = 2 * std::numbers::pi;
@@ -33,8 +33,8 @@ struct Light {
   std::vector<Eigen::ArrayXd> gradients;
 };
 
-// Of every kind, in focus and out of it, and what the error of each may be: 2e-7 of all light, of what it is
-// divided by.
+// Statistics of every kind, in focus and out, with their allowed errors: 2e-7 of the total energy, over the
+// normalisation of the statistic.
 struct Case {
   Statistic statistic;
   double error;
@@ -80,8 +80,8 @@ TEST(SinglePrecision, RoundsTheLightByAMillionth) {
                 2e-5 * exact.gradients[k].matrix().norm())
           << k << " g " << g;
     }
-    EXPECT_GT(largest, 1e-12);  // it is another precision
-    // Nothing of one serves the other in a workspace, and threads change nothing.
+    EXPECT_GT(largest, 1e-12);  // shows that the precision differs
+    // A workspace must not mix the two precisions, and threads must change nothing.
     DiffractionWorkspace workspace;
     for (const bool single : {false, true, true, false}) {
       const Light again = light(single, &workspace, 3);

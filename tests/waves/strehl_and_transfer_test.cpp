@@ -1,5 +1,5 @@
-// Strehl ratio and transfer function of a drawn surface as statistics: closed forms, a sum over the pixels of
-// the image, and roughness that no height stands for.
+// Tests Strehl ratio and transfer function of a surface against closed forms, a sum over image pixels, and
+// with roughness that is not part of the heights.
 #include <gtest/gtest.h>
 
 #include <boost/math/special_functions/bessel.hpp>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kFocal = 2.8, kDiameter = 0.4, kWave = 632.8e-9;
-constexpr double kCutoff = kDiameter / (kWave * kFocal);  // of the image [cycles/m]
+constexpr double kCutoff = kDiameter / (kWave * kFocal);  // cutoff of the image [cycles/m]
 
 Eigen::VectorXd values_of(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                           const std::vector<Statistic>& statistics) {
@@ -25,10 +25,10 @@ Eigen::VectorXd values_of(const DiffractionProblem& problem, const Eigen::ArrayX
   return values;
 }
 
-// Introduction to Fourier Optics, 6.31.
+// Goodman, Introduction to Fourier Optics, 6.31.
 double circle_otf(double s) { return s < 1 ? 2 / kPi * (std::acos(s) - s * std::sqrt(1 - s * s)) : 0; }
 
-// Born & Wolf 8.8: (sin(phi/2)/(phi/2))^2 on the axis, phi the phase of defocus at the rim.
+// Born & Wolf 8.8: the axial value is (sin(phi/2)/(phi/2))^2, phi the phase of defocus at the rim.
 TEST(StrehlAndTransfer, OfDefocusIsTheClosedForm) {
   const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 128);
   const Eigen::ArrayXd rho2 =
@@ -50,7 +50,7 @@ TEST(StrehlAndTransfer, OfAPerfectCircleIsGoodmans) {
       worst = std::max(
           worst, std::abs(values_of({pupil, kFocal, kWave}, flat, {ModulationTransfer{part * kCutoff}})[0] -
                           circle_otf(part)));
-    EXPECT_LT(worst, 3e-4) << cells;  // light beyond the field of view
+    EXPECT_LT(worst, 3e-4) << cells;  // from energy beyond the field of view
     RecordProperty("worst_" + std::to_string(cells), std::to_string(worst));
   }
 }
@@ -65,8 +65,7 @@ struct Bench {
   }
 };
 
-// The same light as an image: so bright on the axis and at its highest, and its Fourier transform, whose mean
-// over direction has J0 for a kernel.
+// Compares with the image: axial and highest irradiance, and its Fourier transform with the kernel J0.
 TEST(StrehlAndTransfer, AreThoseOfTheImage) {
   const Bench bench;
   const DiffractionProblem problem{bench.pupil, kFocal, kWave};
@@ -80,7 +79,7 @@ TEST(StrehlAndTransfer, AreThoseOfTheImage) {
   EXPECT_NEAR(diffraction_peak(problem, bench.height).axis_ratio, middle(image) / middle(perfect), 1e-10);
   const double strehl = values_of(problem, bench.height, {StrehlRatio{}})[0];
   EXPECT_GE(strehl, image.intensity.maxCoeff() / middle(perfect));
-  EXPECT_NEAR(strehl, image.intensity.maxCoeff() / middle(perfect), 0.02);  // between its samples
+  EXPECT_NEAR(strehl, image.intensity.maxCoeff() / middle(perfect), 0.02);  // the peak lies between samples
   for (const double part : {0.05, 0.2, 0.45, 0.8}) {
     double sum = 0;
     const double end = 0.5 * kWave * kFocal / bench.pupil.pitch_x;
@@ -97,8 +96,8 @@ TEST(StrehlAndTransfer, AreThoseOfTheImage) {
   }
 }
 
-// Of light that is the same in all directions the square may lie as it likes: the transfer function summed
-// over all lags with the sinc of both sides.
+// For a rotationally symmetric image the orientation of the square does not matter. The reference is the
+// transfer function summed over all lags with the sinc of both sides.
 TEST(StrehlAndTransfer, LightInASquareIsTheSumOverTheLags) {
   const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 64);
   const Eigen::ArrayXd rho2 =
@@ -115,7 +114,7 @@ TEST(StrehlAndTransfer, LightInASquareIsTheSumOverTheLags) {
           sum += otf.value(row, column).real() * sinc(side * otf.step * double(row - otf.middle)) *
                  sinc(side * otf.step * double(column - otf.middle));
       sum *= std::pow(side * otf.step, 2);
-      // What the grid folds back into its field of view is not the same in all directions.
+      // Energy that aliases into the field of view is not rotationally symmetric.
       const double folded = 1.5e-4 * std::pow(side / 40e-6, 2);
       EXPECT_NEAR(values_of(problem, height, {EnsquaredThrough{side, dz}})[0], sum, folded)
           << side << " " << dz;
@@ -123,7 +122,7 @@ TEST(StrehlAndTransfer, LightInASquareIsTheSumOverTheLags) {
   }
 }
 
-// A mean spot alone: what the cells know of it is taken off to the last bit.
+// Only a mean spot: the part that the grid represents must be subtracted to the last bit.
 class AllOfIt : public MeanScatter {
  public:
   Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override { return (-8 * shear).exp(); }
@@ -143,13 +142,13 @@ TEST(StrehlAndTransfer, OfScatterAloneAreThoseOfTheMeanSpot) {
   problem.scatter = std::make_shared<AllOfIt>();
   const Eigen::VectorXd values =
       values_of(problem, Eigen::ArrayXd::Zero(bench.height.size()), {StrehlRatio{}, ModulationTransfer{3e4}});
-  // The perfect parabola has (int A)^2/(lambda f)^2 / int A^2 on its axis; paraxially area/(lambda f)^2.
+  // Axial irradiance of the perfect parabola: (int A)^2/(lambda f)^2 / int A^2; paraxially area/(lambda f)^2.
   const double area = kPi / 4 * kDiameter * kDiameter * (1 - 0.09);
   EXPECT_NEAR(values[0], 1.7e9 / (area / std::pow(kWave * kFocal, 2)), 1e-2 * values[0]);
   EXPECT_NEAR(values[1], std::exp(-0.6), 1e-9);
 }
 
-// No light has such frequencies: nothing, of which a fit near the cutoff needs no exception.
+// Frequencies beyond the cutoff have zero transfer, so a fit near the cutoff needs no exception.
 TEST(StrehlAndTransfer, BeyondTheCutoffThereIsNoTransfer) {
   const Bench bench;
   const DiffractionProblem problem{bench.pupil, kFocal, kWave};

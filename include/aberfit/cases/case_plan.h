@@ -8,8 +8,8 @@
 
 namespace aberfit {
 
-/// All cases that a `vary` block stands for, in their order: of a grid the last value turns fastest, of Sobol
-/// points their order in the sequence; realisations turn fastest of all. Const use from many threads.
+/// All cases of a `vary` block, in their order. In a grid the last value changes fastest; Sobol points keep
+/// the order of the sequence; realisations change fastest of all. Const use from many threads is safe.
 class CasePlan {
  public:
   /// seed: of the first realisation (`fit.seed`). path: of the study, for messages. Throws InputError for a
@@ -18,12 +18,12 @@ class CasePlan {
 
   std::size_t size() const { return places_ * realisations_; }
   std::size_t realisations() const { return realisations_; }
-  /// Of pointers(), those of `vary.over`.
+  /// Number of pointers() from `vary.over`.
   std::size_t axes() const { return axes_.size(); }
-  /// JSON pointers of what varies; with realisations the last is "/fit/seed".
+  /// JSON pointers of the varied values; with realisations the last is "/fit/seed".
   const std::vector<std::string>& pointers() const { return pointers_; }
   CaseValues at(std::size_t index) const;
-  /// The values that the k-th pointer takes, as JSON texts; empty for a range of Sobol points.
+  /// The values of the k-th pointer, as JSON texts; empty for a range of Sobol points.
   const std::vector<std::string>& values(std::size_t k) const { return axes_[k].values; }
 
  private:
@@ -42,17 +42,15 @@ class CasePlan {
 };
 
 /// First `count` points of the Sobol sequence in `dimensions` dimensions (direction numbers of Joe and Kuo
-/// 2008, as Boost.Random has them), the point 0 among them, every coordinate's bits turned by a random shift
-/// of its own: of 2^k points each of 2^k equal intervals of each coordinate holds one.
+/// 2008, from Boost.Random), including the point 0. A random digital shift changes the bits of each
+/// coordinate. Of 2^k points each of 2^k equal intervals of each coordinate holds one.
 std::vector<std::vector<double>> shifted_sobol(std::size_t count, std::size_t dimensions, std::uint64_t seed);
 
-/// The value at `share` of the way along a range, as JSON text: 12 significant digits, in the unit of `from`.
-/// Throws UnitError where the ends have no common unit, std::invalid_argument for a logarithmic range through
-/// zero.
+/// The value at the fraction `share` of a range, as JSON text: 12 significant digits, in the unit of `from`.
+/// Throws UnitError if the ends have no common unit, std::invalid_argument for log through 0.
 std::string range_value(const VaryAxis& range, double share);
 
-/// Number in front of the unit of a value, and that unit; of a plain number the unit is empty. Nothing for
-/// other values.
+/// Number and unit of a value (empty for a plain number). `read_number` is false for other values.
 struct NumberWithUnit {
   double number = 0;
   std::string unit;

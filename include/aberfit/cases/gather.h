@@ -4,11 +4,11 @@
 
 namespace aberfit {
 
-/// The records of a plan's cases, in the order of the plan; those of other cases in the same folder are
-/// passed over. A case whose record does not know the study's base is read for its id.
+/// The records of a plan's cases, in the order of the plan; records of other cases in the folder are ignored.
+/// A record that does not contain the study's base is found by the id of its case.
 SweepReport gather_cases(const StudyCases& cases, const CasePlan& plan, const KnownCases& known);
 
-/// Cases of the plan that are not known, of the shard.
+/// Cases of the plan in this shard that have no record.
 std::vector<std::size_t> cases_left(const StudyCases& cases, const CasePlan& plan, const KnownCases& known,
                                     const Shard& shard);
 

@@ -9,22 +9,21 @@
 
 namespace aberfit {
 
-/// One worker's records: a file of JSON Lines that only grows. Each line is handed to the system as it comes,
-/// so a killed process loses none, and forced to the disk at most a second later, so a machine that loses its
-/// power loses a second. A worker takes the first file worker-0001.jsonl, ... that no other has, so killed
-/// and started again there are no more files than there ever were workers; a last line that was cut short is
-/// taken off first. Use from many threads.
+/// One worker's records: a file of JSON Lines that only grows. Each line goes to the system at once, so a
+/// killed process loses none. It is forced to the disk at most a second later, so a power failure loses one
+/// second. A worker takes the first file worker-0001.jsonl, ... that no other worker holds. So restarts do
+/// not add files beyond the largest number of workers. An incomplete last line is removed first. Thread-safe.
 class CaseJournal {
  public:
-  /// The file is made with the first record. folder: made where it is missing.
+  /// The first record creates the file. folder: created if missing.
   explicit CaseJournal(std::string folder);
   ~CaseJournal();
   CaseJournal(const CaseJournal&) = delete;
   CaseJournal& operator=(const CaseJournal&) = delete;
 
-  /// Throws InputError where it cannot be written; what is in the file then ends with a whole line.
+  /// Throws InputError if it cannot be written; the file then ends with a whole line.
   void add(const CaseRecord& record);
-  /// Forces what was added to the disk.
+  /// Forces the added records to the disk.
   void sync();
 
  private:
@@ -37,20 +36,19 @@ class CaseJournal {
   std::chrono::steady_clock::time_point synced_ = std::chrono::steady_clock::now();
 };
 
-/// All records of a folder, files in the order of their names; of cases with the same id the first, or the
-/// first that did not fail. Lines that are not whole are passed over. damaged: whole lines that are no
-/// records.
+/// All records of a folder, files in the order of their names. For the same id it keeps the first without
+/// failure, else the first. damaged: number of complete lines that are no records.
 std::vector<CaseRecord> read_journals(const std::string& folder, std::size_t* damaged);
 
-/// The first journal of a folder that no sweep can have written - there is something in it, but no record nor
-/// the beginning of one -, which one that goes on there would add to; empty where there is none.
+/// The first journal of a folder that no sweep can have written: it is not empty and has no record and no
+/// beginning of one. A continued sweep would add to it. Empty if there is none.
 std::string foreign_journal(const std::string& folder);
 
-/// Keeps others from the same work: one holder of a share of the cases, and no two ways of sharing them at a
-/// time. Ends with the process.
+/// Prevents others from the same work: each part of the cases has one holder, and all holders use the same
+/// number of parts. Ends with the process.
 class ShareLock {
  public:
-  /// share: 0 to shares - 1. Waits `patience` [s] for one who is about to end; throws InputError.
+  /// share: 0 to shares - 1. Waits `patience` [s] for a holder that is about to end; throws InputError.
   ShareLock(const std::string& folder, int share, int shares, double patience = 5);
   ~ShareLock();
   ShareLock(const ShareLock&) = delete;
@@ -60,7 +58,7 @@ class ShareLock {
   int fd_ = -1;
 };
 
-/// Waits until nobody else writes the results of `folder`; holds the others off while it lives.
+/// Waits until no other process writes the results of `folder`; blocks the others while it exists.
 class GatherLock {
  public:
   explicit GatherLock(const std::string& folder);

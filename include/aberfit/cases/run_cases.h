@@ -12,16 +12,16 @@
 
 namespace aberfit {
 
-/// What is computed of one case, in one thread. Throws what makes the case a failed one, `Interrupted` where
-/// it is to be done another time.
+/// The computation of one case, in one thread. It throws `Interrupted` if the case must be done another time;
+/// any other exception makes it a failed case.
 using CaseWork = std::function<CaseOutcome(const Study&)>;
 
-/// What earlier runs have recorded.
+/// Records of earlier runs.
 class KnownCases {
  public:
   KnownCases() = default;
   explicit KnownCases(std::vector<CaseRecord> records);
-  /// Records by base and values, without reading the case; null: not known, or only by its id.
+  /// Record by base and values, without reading the case; null if it is unknown, or known only by its id.
   const CaseRecord* find(const std::string& base, const CaseValues& at) const;
   const CaseRecord* find_id(const std::string& id) const;
   bool empty() const { return records_.empty(); }
@@ -35,14 +35,14 @@ struct CaseCounts {
   std::size_t done = 0, failed = 0;
 };
 
-/// Runs what `queue` hands out on context.threads threads, a case on one thread, until nothing is left or the
-/// context is interrupted, and records each. A case whose id is known is passed over; one that fails is
-/// recorded with the error's text. Throws InputError where the records cannot be written.
+/// Runs the cases of `queue` on context.threads threads, one thread per case, until none is left or the
+/// context is interrupted, and records each. A case with a known id is skipped; a failed case is recorded
+/// with the text of its error. Throws InputError if the records cannot be written.
 CaseCounts run_cases(const StudyCases& cases, const CasePlan& plan, const KnownCases& known,
                      const CaseWork& work, CaseQueue* queue, CaseJournal* journal, const RunContext& context);
 
-/// Throws what reading a case throws if no value of one of the plan's pointers can be read by itself: then
-/// the pointer or the kind of value is wrong, not a case.
+/// Throws the reading error if no value of one of the plan's pointers can be read by itself. Then the pointer
+/// or the kind of value is wrong, not a case.
 void check_pointers(const StudyCases& cases, const CasePlan& plan);
 
 /// "1,200 of 2,000 cases, 85 a second, 9 s left, 3 failed".

@@ -10,37 +10,37 @@
 
 namespace aberfit {
 
-/// One method with one setting: what it misses and what it takes.
+/// One method with one setting: its error and its time.
 struct ChartRow {
-  std::string family;                ///< name of the ChartFamily it belongs to
+  std::string family;                ///< name of its ChartFamily
   std::string method;                ///< "rays", "waves", "terms and scatter", ...
-  std::string parameter, unit;       ///< what is varied, and its SI unit: "1", or "/m" of f_c
+  std::string parameter, unit;       ///< the parameter and its SI unit: "1", or "/m" for a cut f_c
   double value = std::nan("");       ///< of the parameter; NaN: the method has none
-  std::int64_t rays = 0, terms = 0;  ///< sizes it was measured with
+  std::int64_t rays = 0, terms = 0;  ///< sizes of the measurement
   std::int64_t statistics = 0;
-  double error = std::nan("");      ///< as the family's `error_of` says; NaN: does not exist
-  double error_rms = std::nan("");  ///< root mean square of what `error` is the largest of
+  double error = std::nan("");      ///< as in the family's `error_of`; NaN: does not exist
+  double error_rms = std::nan("");  ///< root mean square of the errors whose largest is `error`
   double error_of_reference = std::nan("");
   std::string reference;
   double seconds = std::nan("");                                   ///< median
   double seconds_low = std::nan(""), seconds_high = std::nan("");  ///< quartiles
   int repeats = 0;
   bool on_frontier = false;  ///< no other row of the family is better in one and no worse in the other
-  bool is_default = false;   ///< what the study does today
+  bool is_default = false;   ///< setting of the study today
   bool is_cheapest_within_tolerance = false;
-  std::string note;  ///< what else was seen, one clause
+  std::string note;  ///< further observation, one clause
 };
 
-/// Rows that do the same job, so that their errors and times may be compared.
+/// Rows for the same task, so that their errors and times can be compared.
 struct ChartFamily {
   std::string name;      ///< kebab-case
   std::string title;     ///< for people
-  std::string error_of;  ///< what `error` is
-  std::string timed;     ///< what `seconds` are
-  double tolerance = 0;  ///< what `error` is held against
+  std::string error_of;  ///< definition of `error`
+  std::string timed;     ///< definition of `seconds`
+  double tolerance = 0;  ///< limit for `error`
   std::string tolerance_of;
   std::vector<ChartRow> rows;
-  std::string remark;   ///< what the rows do not say, one sentence or none
+  std::string remark;   ///< supplement to the rows, one sentence or none
   std::string skipped;  ///< why there are no rows, one sentence; empty where there are some
 };
 
@@ -50,21 +50,21 @@ struct Chart {
   std::vector<ChartFamily> families;
   std::string instruction_set;  ///< of the kernels
   int threads = 1;
-  double budget_seconds = 0;  ///< what was asked for
-  double seconds = 0;         ///< what it took
+  double budget_seconds = 0;  ///< requested budget
+  double seconds = 0;         ///< total time
   Warnings warnings;
 };
 
 /// Sets the flags `on_frontier` (Pareto: of two rows with the same error and time both stay) and
-/// `is_cheapest_within_tolerance` (error <= tolerance, least seconds; of equally fast ones the more accurate,
-/// then the first; none whose reference is not known to the tolerance). Rows without an error or a time are
-/// never flagged.
+/// `is_cheapest_within_tolerance`. The cheapest row has error <= tolerance and the least seconds; equally
+/// fast rows are ordered by error, then by position. No row is flagged whose reference is not known to the
+/// tolerance, or without an error or a time.
 void mark_rows(ChartFamily* family);
 
-/// Theories, rays and waves of one surface, whole fits and cuts of the band, on the study's own scene: each
-/// with its error in light and its time. What is measured, and against how fine a reference, depends on the
-/// budget [s], about what it may take, and on the machine; every row says it. A family that the scene does
-/// not have says why. The study has statistics as targets, no map.
+/// Measures theories, rays and waves for one surface, whole fits, and cuts of the band, on the study's own
+/// scene. Each row has its error against wave optics and its time. The number of rows and the resolution of
+/// the reference depend on the budget [s], which is nearly met, and on the machine; every row states them. A
+/// family that the scene lacks gives the reason. The study has statistics as targets, no map.
 Chart make_chart(const Task& task, double budget, const RunContext& context);
 
 }  // namespace aberfit

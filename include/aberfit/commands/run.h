@@ -31,8 +31,8 @@ nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome);
 /// Least-squares terms of the measured map in target.map, which the study has: traced, or, beside a
 /// roughness, judged in light against it (method/measured_part.h).
 ResultDocument run_map_fit(const Study& study, const RunOptions& options);
-/// Harvey-Shack branch, aberration-term branch and, where asked, published numbers side by side. Throws
-/// InputError for a study without roughness.
+/// Compares Harvey-Shack theory with random term surfaces, by rays and by waves. Throws InputError for a
+/// study without roughness.
 VerifyReport run_verify(const Study& study, const RunOptions& options);
 /// Forward statistics only.
 TraceReport run_trace(const Study& study, const RunOptions& options);
@@ -41,7 +41,7 @@ const MeasuredPsd& measured_psd_of(const Study& study);
 /// What read_study or read_measured made of a measurement, reported: files and pictures. title: for people.
 PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options);
 /// Speed against accuracy on the study's own scene, about options.chart_seconds long; see make_chart. Files:
-/// chart.csv, chart.json, summary.txt and pictures. Throws InputError for a study of a map, which has no
+/// chart.csv, result.json, summary.txt and pictures. Throws InputError for a study of a map, which has no
 /// statistics to be wrong about.
 Chart run_chart(const Study& study, const RunOptions& options);
 /// Which roughness meets the budgets of the study's `solve` block, which it must have. Files: result.json,

@@ -4,8 +4,7 @@
 
 namespace aberfit {
 
-/// FNV-1a of 128 bits (Fowler, Noll, Vo; draft-eastlake-fnv), 32 hexadecimal digits: the same on every
-/// machine. Tells cases and files apart, does not guard against forgery.
+/// SHA-256 (FIPS 180-4) as 64 hexadecimal digits, as `sha256sum` prints it.
 std::string content_hash(std::string_view bytes);
 
 }  // namespace aberfit

@@ -1,11 +1,11 @@
 #pragma once
 
-/// Kernels are compiled once per instruction set and the processor's best is chosen at run
-/// time, so that one binary serves every x86-64. Other processors and compilers have kBaseline only.
+/// Kernels are compiled once per instruction set, and the best one of the processor is chosen at run time, so
+/// one binary serves every x86-64. Other processors and compilers have kBaseline only.
 namespace aberfit {
 
 enum class InstructionSet {
-  kBaseline,  ///< what the build asked for: SSE2 on x86-64
+  kBaseline,  ///< the build's own set: SSE2 on x86-64
   kAvx2,      ///< x86-64-v3
   kAvx512,    ///< x86-64-v4
 };
@@ -16,8 +16,8 @@ enum class InstructionSet {
 #define ABERFIT_X86_KERNELS 0
 #endif
 
-/// `name`, a function or a table of functions that each_instruction_set.inc compiled for every instruction
-/// set, of the one `set`; where the names of those sets are seen.
+/// The version of `name` for the instruction set `set`. `name` is a function or a table of functions compiled
+/// by each_instruction_set.inc; the namespaces of the sets must be visible.
 #if ABERFIT_X86_KERNELS
 #define ABERFIT_KERNEL(set, name)                             \
   ((set) == ::aberfit::InstructionSet::kAvx512 ? avx512::name \
@@ -27,7 +27,7 @@ enum class InstructionSet {
 #define ABERFIT_KERNEL(set, name) (static_cast<void>(set), baseline::name)
 #endif
 
-/// Whether this binary and this processor can run kernels of `set`.
+/// True if this binary and this processor can run kernels of `set`.
 inline bool is_supported([[maybe_unused]] InstructionSet set) {
 #if ABERFIT_X86_KERNELS
   if (set == InstructionSet::kAvx512) return __builtin_cpu_supports("x86-64-v4") != 0;
@@ -36,7 +36,7 @@ inline bool is_supported([[maybe_unused]] InstructionSet set) {
   return set == InstructionSet::kBaseline;
 }
 
-/// The name people know the set by: "AVX-512", "AVX2", "baseline".
+/// The usual name of the set: "AVX-512", "AVX2", "baseline".
 inline const char* to_string(InstructionSet set) {
   return set == InstructionSet::kAvx512 ? "AVX-512" : set == InstructionSet::kAvx2 ? "AVX2" : "baseline";
 }

@@ -3,18 +3,18 @@
 
 namespace aberfit {
 
-/// Memory for at least `bytes`, not initialised, on the boundary of a cache line; of 4 MB and more on that of
-/// a huge page, which the system is asked for: a transform's columns lie a row apart, and on small pages each
-/// of their numbers asks for another address translation. To be given to std::free. Throws std::bad_alloc.
+/// Uninitialised memory for at least `bytes`, aligned to a cache line; from 4 MB on aligned to a huge page,
+/// which the system is advised to use. The numbers of a transform's column lie a row apart, so on small pages
+/// each needs its own address translation. Release it with std::free. Throws std::bad_alloc.
 void* aligned_memory(std::size_t bytes);
 
-/// Where the C library is GNU's: blocks below 32 MB come from memory that the process has, and go back to the
-/// system when more than 256 MB lie free at its end. Arrays of a surface are made and left by the hundred,
-/// and pages that come and go with each cost a tenth of a fit on many cells. For a program to call, once and
-/// first: a library leaves the memory of its caller alone.
+/// With GNU's C library, keeps freed memory in the process: blocks below 32 MB come from it, and only more
+/// than 256 MB at its end go back to the system. Surface arrays are allocated by the hundred, and mapping
+/// their pages each time takes a tenth of a fit on a large grid. A program calls it once, first. The library
+/// itself does not, because the memory belongs to its caller.
 void keep_freed_memory();
 
-/// The most memory that this process has held so far, and the memory of the machine [bytes].
+/// The peak memory of this process so far, and the memory of the machine [bytes].
 double peak_memory();
 double machine_memory();
 

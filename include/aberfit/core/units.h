@@ -5,7 +5,7 @@
 
 namespace aberfit {
 
-/// What a quantity of a study file measures; the SI unit it is stored in is in brackets.
+/// Physical dimension of a quantity in a study file; its SI unit is in brackets.
 enum class Dimension {
   kLength,            ///< [m]
   kAngle,             ///< [rad]
@@ -14,35 +14,33 @@ enum class Dimension {
   kPsd1d,             ///< [m^3]
   kPsd2d,             ///< [m^4]
   kNumber,            ///< [1], a plain number; no unit string is allowed
-  kTime,              ///< [s]; of the command line, no study has one
+  kTime,              ///< [s]; only on the command line
 };
 
-/// Thrown by parse_quantity; what() names the text and the units that are allowed.
+/// Thrown by parse_quantity; what() gives the text and the allowed units.
 class UnitError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// SI value of text such as "632.8 nm", "10 cycles/mm", "2.5 /m", "3.2 arcsec", "1 %". Lengths and angles
-/// may be written in full, in any case and number ("20 Angstroms", "0.6328 micron", "2 inches"); no-break
-/// spaces are blanks.
-/// Throws UnitError for a missing, unknown or wrong-dimension unit, for trailing text and for non-finite
-/// numbers.
+/// SI value of a text such as "632.8 nm", "10 cycles/mm", "2.5 /m", "3.2 arcsec", "1 %". Lengths and angles
+/// may be words, in any case and number ("20 Angstroms", "0.6328 micron", "2 inches"); no-break spaces count
+/// as blanks. Throws UnitError for a missing, unknown or wrong unit, trailing text and non-finite numbers.
 double parse_quantity(std::string_view text, Dimension dimension);
 
-/// Factor that takes a number in `unit` to SI (table column headers, psd_unit). Throws UnitError.
+/// Factor that converts a number in `unit` to SI (table column headers, psd_unit). Throws UnitError.
 double unit_factor(std::string_view unit, Dimension dimension);
 
-/// The unit of that dimension that the name of a column says, in a form that `unit_factor` takes: "mm" of
-/// "dz (mm)" or "dz_mm", "/mm" of "f_per_mm", "nm^2 mm^2" of "psd_nm2_mm2"; empty where there is none.
+/// The unit of that dimension in the name of a column, in a form for `unit_factor`: "mm" for "dz (mm)" or
+/// "dz_mm", "/mm" for "f_per_mm", "nm^2 mm^2" for "psd_nm2_mm2". Empty if there is none.
 std::string unit_of_column(std::string_view name, Dimension dimension);
 
 /// Human text with a sensible prefix, e.g. 1.2e-4 m -> "120 um". For tables and messages, not for files.
 std::string format_quantity(double value, Dimension dimension);
-/// A share in percent, two significant digits and no exponent above one: "0.12 %", "270 %", "1.3e-07 %".
+/// A fraction in percent, two significant digits and no exponent above one: "0.12 %", "270 %", "1.3e-07 %".
 std::string format_percent(double share);
 
-/// The units a message may offer for a dimension, e.g. "nm, um, mm, cm, m, in".
+/// The units of a dimension for a message, e.g. "nm, um, mm, cm, m, in".
 std::string allowed_units(Dimension dimension);
 
 }  // namespace aberfit

@@ -10,24 +10,23 @@
 namespace aberfit {
 
 enum class Centre {
-  kNominal,   ///< the focus of the unperturbed mirror: x = y = 0 for light along the axis
-  kCentroid,  ///< weighted mean of the crossings of the plane in question
+  kNominal,   ///< focus of the unperturbed mirror: x = y = 0 for rays along the axis
+  kCentroid,  ///< weighted mean of the crossings of each plane
 };
 
-/// What the statistics are functions of.
+/// Input of the focal statistics.
 struct FocusInput {
   const RayBundle& rays;
-  const RayBundle& nominal;  ///< the same pupil on the mirror without surface error: reference of the scatter
-                             ///< angle. Only its tx and ty are read, and only for ScatterRms and ScatterMean.
-  const Eigen::ArrayXd&
-      height;  ///< surface error h at the pupil points [m]; may be empty when RmsHeight is not asked for
+  const RayBundle& nominal;      ///< rays of the same pupil without surface error: reference of the scatter
+                                 ///< angle. Only tx and ty are used, only for ScatterRms and ScatterMean.
+  const Eigen::ArrayXd& height;  ///< surface error h at the pupil points [m]; may be empty without RmsHeight
   Centre centre = Centre::kNominal;
-  /// RMS height [m] of roughness that turns the rays but is not among the heights: added in squares.
+  /// RMS height [m] of roughness that deflects the rays but is not part of `height`. It is added in squares.
   double unseen_height = 0;
 };
 
-/// Memory that evaluations reuse, so that a second one of the same size allocates nothing. One per caller:
-/// not to be shared between evaluations that run at the same time.
+/// Memory that evaluations reuse: a second evaluation of the same size allocates nothing. Simultaneous
+/// evaluations need one workspace each.
 class FocusWorkspace {
  public:
   FocusWorkspace();
@@ -41,27 +40,28 @@ class FocusWorkspace {
   std::unique_ptr<Buffers> buffers_;
 };
 
-/// Exact values (order statistics, counts, moments) in the order asked. NaN where a statistic does not exist
-/// (no light, ring never half full inside the search range, ...), each with a warning when `warnings` is
-/// given.
+/// Exact values (order statistics, counts, moments) of the statistics, in their order. A statistic that does
+/// not exist (no energy, ring never half full inside the search range, ...) is NaN, and `warnings`, when
+/// given, says why.
 Eigen::VectorXd evaluate_exact(const FocusInput& input, const std::vector<Statistic>& statistics, int threads,
                                Warnings* warnings = nullptr);
 
-/// Gradient of one smooth statistic: over rays (moments and angles: all of them), and over the heights of the
-/// pupil points (RmsHeight only; else empty).
+/// Gradient of one smooth statistic over the rays, and over the heights of the pupil points (RmsHeight only;
+/// else empty). Moments and angles depend on all rays.
 struct StatisticGradient {
   RayGradient rays;
   Eigen::ArrayXd d_height;
 };
 
-/// Smooth twins: indicator functions of radius are replaced by the integral of a compact kernel of half-width
-/// `width` [m], which moves EE radii by O(width^2) relative to the spot, at ties by up to the width (PHYSICS
-/// 8 says why: order statistics have no usable derivative). Moments are exact. `gradients`, when given, gets
-/// one entry per statistic. False when a statistic or its derivative does not exist (degenerate focus).
+/// Smooth versions of the statistics, with gradients. The integral of a compact kernel of half-width `width`
+/// [m] replaces each step function of radius, because order statistics have no usable derivative (PHYSICS 8).
+/// This moves encircled-energy radii by O(width^2) relative to the spot, and by up to the width at ties.
+/// Moments are exact. `gradients`, when given, gets one entry per statistic. Returns false when a statistic
+/// or its derivative does not exist (degenerate focus).
 bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
                      int threads, Eigen::VectorXd* values, std::vector<StatisticGradient>* gradients);
 
-/// The same with memory that is reused: that of `workspace`, and that of the vectors in `gradients`.
+/// The same, but it reuses the memory of `workspace` and of the vectors in `gradients`.
 bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
                      int threads, FocusWorkspace* workspace, Eigen::VectorXd* values,
                      std::vector<StatisticGradient>* gradients);

@@ -4,12 +4,12 @@
 
 namespace aberfit {
 
-/// The transfer function in the plane z = f + dz [m] of the surface with `coefficients` [m], as kWaves has
-/// it. Throws std::invalid_argument for another model, and as diffraction_transfer does.
+/// The transfer function in the plane z = f + dz [m] of the surface with `coefficients` [m], by kWaves.
+/// Throws std::invalid_argument for another model, and as diffraction_transfer does.
 TransferImage focus_transfer(const LightPath& path, const Eigen::VectorXd& coefficients, double dz,
                              int most_lags);
 
-/// Share of the light per pixel of that surface's image, as diffraction_pixels has it. Throws as above.
+/// Energy fraction per pixel of that surface's image, see diffraction_pixels. Throws as above.
 Eigen::ArrayXXd focus_pixels(const LightPath& path, const Eigen::VectorXd& coefficients, double dz,
                              double half_width, int pixels);
 

@@ -9,38 +9,37 @@
 
 namespace aberfit {
 
-/// Order of the polynomials that a term surface is made of within `reach` [m] of the axis: the highest n of
-/// the Zernikes, the highest spherical power, and of a wave of k = 2 pi f reach radians the order k + 6.3
-/// k^(1/3) + 4, beyond which its expansion's terms, Bessel functions J_n(2k) for the square, are below 1e-12
-/// (DLMF 10.19.8). At most 1e8.
+/// Order of the polynomials that represent a term surface within `reach` [m] of the axis; at most 1e8. It is
+/// the highest n of the Zernikes, the highest spherical power, or k + 6.3 k^(1/3) + 4 for a wave of k = 2 pi
+/// f reach radians, whichever is largest. Beyond that order, the wave's expansion terms, Bessel functions
+/// J_n(2k) for the square, are below 1e-12 (DLMF 10.19.8).
 int polynomial_order(const TermSet& terms, double reach);
 
-/// Points of the whole aperture, margin not taken off, on which sums over height and slope of a term surface,
-/// and over their squares, are integrals over the aperture, whatever grid its light is computed on:
-/// quadrature_pupil for twice the order of the terms, and 24 degrees more for the mirror under them, whose
-/// (1 + t^2)^-2, t the slope of the mirror, turns slopes into angles; from f/1 on that is below 1e-12.
-/// Relative error for n <= 60 below 1e-11 for RMS height and slope (tests/forward/term_moments_test.cpp); the
-/// RMS angle between rays adds terms of fourth order, a share of the order of the slope squared.
-/// Nothing where it takes more than kMostMomentPoints, as for waves of more than 600 cycles across: there
-/// the points that see the light have to do.
+/// Points of the whole aperture, without its margin, for exact integrals of height and slope of a term
+/// surface and of their squares. It is quadrature_pupil for twice the order of the terms, plus 24 degrees for
+/// the mirror, whose factor (1 + t^2)^-2, t its slope, turns slopes into angles; from f/1 on the error of
+/// that is below 1e-12. Relative error for n <= 60 below 1e-11 for RMS height and slope
+/// (tests/forward/term_moments_test.cpp). The RMS angle between rays has additional terms of fourth order,
+/// relative size slope^2. Empty where it needs more than kMostMomentPoints, as for waves of more than 600
+/// cycles across; the points of the statistics are then used instead.
 std::optional<PupilSample> moment_pupil(const Aperture& aperture, const TermSet& terms);
 inline constexpr double kMostMomentPoints = 1 << 22;
 
-/// The same rule made finer, to about nine times the points of one on a circle, for the mean angle of
-/// scatter: that has a kink wherever the slope vanishes, and no rule is exact for it. Relative error, root
-/// mean square over surfaces: kMeanAngleError; up to five times that was seen where a few high orders make up
-/// the surface. Only as fine as kMostMomentPoints allow; nothing where moment_pupil is nothing.
+/// The same rule with about nine times as many points (on a circle), for the mean scatter angle. That angle
+/// has a kink wherever the slope vanishes, so no rule is exact. Relative error, root mean square over
+/// surfaces: kMeanAngleError; up to five times that for surfaces of a few high orders. It has at most
+/// kMostMomentPoints, and is empty where moment_pupil is empty.
 std::optional<PupilSample> mean_angle_pupil(const Aperture& aperture, const TermSet& terms);
 inline constexpr double kMeanAngleError = 1e-4;
 
-/// The numbers of a term surface over an aperture, margin not taken off.
+/// Moments of a term surface over an aperture without its margin.
 struct TermMoments {
   double rms_height = 0;          ///< about the mean [m]
   double rms_slope_per_axis = 0;  ///< root of half the mean square of the gradient
 };
-/// The sums over points whose weights sum to 1.
+/// The moments from points whose weights sum to 1.
 TermMoments moments_of(const SurfaceField& field, const Eigen::ArrayXd& weight);
-/// Exact for the order of the terms; nothing where moment_pupil is nothing.
+/// The moments, exact for the order of the terms; empty where moment_pupil is empty.
 std::optional<TermMoments> term_moments(const Aperture& aperture, const TermSet& terms,
                                         const Eigen::VectorXd& coefficients, int threads = 1);
 

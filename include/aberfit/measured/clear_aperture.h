@@ -11,15 +11,15 @@
 
 namespace aberfit {
 
-/// A size: a length, or a share of the data's own extent.
+/// A size, either as a length or as a percentage of the extent of the data.
 struct Extent {
   double value = 100;  ///< [m], or [%]
   bool percent = true;
 };
 
-/// Shapes that may be cut out of a measurement. Percentages: of the diameter of the smallest circle that
-/// holds every valid point (circle, annulus), of the sides of the smallest upright rectangle that does, of
-/// the length of a profile.
+/// Shapes that can be cut out of a measurement. Percentages refer to the diameter of the smallest circle
+/// around all valid points (circle, annulus), to the sides of the smallest upright rectangle around them, or
+/// to the length of the profile (interval).
 struct ClearCircle {
   Extent diameter;
 };
@@ -34,48 +34,47 @@ struct ClearInterval {
 };
 struct ClearAperture {
   std::variant<ClearCircle, ClearAnnulus, ClearRectangle, ClearInterval> shape;
-  /// x, y (interval: x) from the middle of that circle, rectangle or record [m]; empty: there.
+  /// Centre x, y (interval: x) relative to the middle of that circle, rectangle or profile [m]; empty: 0.
   std::vector<double> centre;
 };
 
-/// What of a measurement is used.
+/// Which part of a measurement is used.
 struct ClearPart {
   std::optional<ClearAperture> aperture;
-  std::string mask;  ///< a map of the same size whose zeros and NaN are left out; empty: none
-  int erode = 0;     ///< samples taken off the rim of what is valid, and off the rims of its holes
+  std::string mask;  ///< path of a mask of the same size; its zeros and NaN are left out; empty: no mask
+  int erode = 0;  ///< number of samples removed at the rim of the valid region and at the rims of its holes
 
   bool whole() const { return !aperture && mask.empty() && erode == 0; }
 };
 
-/// What came of it, for texts and pictures.
+/// The region that remains, for texts and pictures.
 struct ClearRegion {
-  /// Where one was asked for, about (x, y) in the coordinates of the data [m]; an interval is a rectangle of
-  /// height 0.
+  /// The requested aperture, about (x, y) in the coordinates of the data [m]; an interval has height 0.
   std::optional<Aperture> aperture;
   double x = 0, y = 0;
-  Eigen::Index taken_out = 0;  ///< samples that were valid
-  /// Samples that are holes since their value is one of those that were said to be invalid; where none was
-  /// said, empty.
+  Eigen::Index taken_out = 0;  ///< number of valid samples that were removed
+  /// Number of samples with a value that the study declares invalid; empty: it declares none.
   std::optional<Eigen::Index> said_invalid;
 
-  /// "circle of 48 mm about (0.1 mm, 0 m)"; empty without an aperture.
+  /// Returns for example "circle of 48 mm about (0.1 mm, 0 m)"; empty without an aperture.
   std::string text() const;
-  /// Corners of its outlines, closed; of a circle 361, of an annulus two outlines.
+  /// Returns the closed outlines of the aperture: 361 corners for a circle, two outlines for an annulus.
   std::vector<std::vector<std::array<double, 2>>> outlines() const;
 };
 
-/// Takes out (NaN) what does not belong to `part`: outside the aperture, then of the mask, then at the rims.
-/// A sample is at the rim where, within `erode` along rows, columns and diagonals, one is invalid or the data
-/// end. Throws std::invalid_argument with a sentence: a shape that the data cannot have (interval: profiles
-/// only, others and masks: maps only), a length of more than twice the data's own, an aperture on a map
-/// without pitch, a mask of another size, nothing left. InputError for a mask that cannot be read. mask_path:
-/// where ClearPart::mask is; mask_bottom_first: as for read_mask.
+/// Sets to NaN what is outside the aperture of `part`, then what its mask leaves out, then the rims. A sample
+/// is at a rim if an invalid sample or the end of the data is within `erode` samples in its row, column or
+/// diagonal.
+/// mask_path: location of ClearPart::mask; mask_bottom_first: as for read_mask.
+/// Throws std::invalid_argument with a sentence if the shape does not suit the data (an interval needs a
+/// profile; other shapes and masks need a map), if a length exceeds twice the data, if the map has no pitch
+/// or the mask another size, or if no sample remains. Throws InputError for a mask that cannot be read.
 ClearRegion take_clear_part(Measurement* data, const ClearPart& part, const std::string& mask_path,
                             bool mask_bottom_first = false);
 
-/// Numbers of a mask, row 0 at the lowest y: the pixels of a FITS image, whatever its header says of them,
-/// or text, first line the top row (the lowest for bottom_first), blanks, commas or semicolons between, '#'
-/// begins a comment. Throws InputError.
+/// Returns the numbers of a mask, row 0 at the lowest y, from a FITS image or from text. The first line of a
+/// text is the top row (bottom_first: the lowest). Blanks, commas or semicolons separate its numbers, and '#'
+/// begins a comment. The units and scales of a FITS header do not matter. Throws InputError.
 Grid read_mask(const std::string& path, bool bottom_first = false);
 
 }  // namespace aberfit

@@ -4,34 +4,35 @@
 
 #include "aberfit/measured/height_map.h"
 
-// What is measured in a focal plane.
+// Measurements in a focal plane.
 namespace aberfit {
 
-/// Share of the light within circles about its centre.
+/// Encircled energy about the centre of the spot.
 struct EncircledCurve {
   Eigen::ArrayXd radius;  ///< ascending, > 0; [m] in the plane, or [rad] on the sky
-  Eigen::ArrayXd share;   ///< [1]
-  Eigen::ArrayXd noise;   ///< standard deviation of each share [1]; empty where the file does not say
-  bool is_angle = false;  ///< radii are on the sky
+  Eigen::ArrayXd share;   ///< fraction of the energy within the radius [1]
+  Eigen::ArrayXd noise;   ///< standard deviation of each fraction [1]; empty if the file has none
+  bool is_angle = false;  ///< true: the radii are angles on the sky
 };
 
-/// An image of the light.
+/// An image of the irradiance in a focal plane.
 struct FocalImage {
-  Grid light;             ///< in the file's units, linear; NaN where there is no value; row 0 the lowest
-  double pixel = 0;       ///< side of a pixel, square [m] or [rad]; 0: the file does not say
-  bool is_angle = false;  ///< pixels are on the sky
+  Grid light;             ///< irradiance in the unit of the file, linear; NaN: no value; row 0 is the lowest
+  double pixel = 0;       ///< side of a square pixel [m] or [rad]; 0: the file does not state it
+  bool is_angle = false;  ///< true: the pixels are angles on the sky
 };
 
-/// Columns radius (or diameter), share and, if wanted, noise: the first row names them with their units,
-/// "radius_um, share, noise" or "diameter [arcsec], ee [%]"; an angle is on the sky. '#' starts a comment.
-/// unit: of radii without one in the file, "um". Throws InputError with the line.
+/// Reads columns of radius (or diameter), encircled energy and, optionally, its noise. The first row names
+/// them with their units: "radius_um, share, noise" or "diameter [arcsec], ee [%]". An angle is on the sky.
+/// '#' starts a comment.
+/// unit: unit of the radii if the file has none, for example "um". Throws InputError with the line.
 EncircledCurve read_encircled_curve(const std::string& path, const std::string& unit = "");
 
-/// A matrix of numbers (text, first line = top row), or the first image of a FITS file, its pixel from
-/// PIXELSCL [arcsec], or from CDELT1 where CUNIT1 is a length or an angle. Throws InputError.
+/// Reads a matrix of numbers (text; the first line is the top row) or the first image of a FITS file. A FITS
+/// file has the pixel in PIXELSCL [arcsec], or in CDELT1 if CUNIT1 is a length or angle. Throws InputError.
 FocalImage read_focal_image(const std::string& path);
 
-/// Whether a file is an image: FITS, or text of more than three columns.
+/// Returns true if the file is an image: FITS, or text of more than three columns.
 bool is_focal_image(const std::string& path);
 
 }  // namespace aberfit

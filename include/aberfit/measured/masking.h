@@ -6,7 +6,7 @@
 
 namespace aberfit {
 
-/// One entry a sample, of the shape of a map; of a profile one row.
+/// One entry per sample, with the shape of the map; a profile has one row.
 using Mask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Makes the marked samples invalid (NaN). Throws std::invalid_argument for a mask of another shape.

@@ -6,31 +6,28 @@
 
 namespace aberfit {
 
-/// One exact height that many points of a map share, as padding does and rounding does not.
+/// One exact height that many points of a map have because the file was padded with it.
 struct Padding {
   double height = 0;  ///< [m]
   Eigen::Index points = 0;
-  Eigen::Index outside = 0;  ///< of them outside the convex hull of the points that have no such height
-  Eigen::Index blocks = 0;   ///< into which they fall, joined along rows and columns
+  Eigen::Index outside = 0;  ///< number of these points outside the convex hull of all other points
+  Eigen::Index blocks = 0;   ///< number of blocks that these points form, connected along rows and columns
 };
 
-/// The heights that are padding rather than measured, the most frequent first. A height is one where
-/// - more than 1 % of the valid points have exactly it;
-/// - they are more than twice those of either height next to it in the list of all heights, which the
-///   histogram of a rounded smooth distribution has only where its standard deviation is below 0.8 steps of
-///   the rounding, or where the surface is level;
-/// - a surface that was rounded is not left through it: of the points beside those that have it, fewer than
-///   half have one of the two heights next to it, a step of the rounding away. (Of Gaussian heights with a
-///   standard deviation below 0.8 steps at least 88 % have; of a level part of a surface that varies slowly
-///   nearly all.)
-/// - a surface does not cross it along lines, as an astigmatism crosses zero exactly on its axes. There fewer
-///   than a quarter of the points have no other height beside them, and the heights beside them are no more
-///   than twice as far from it as from the next ones (medians).
-/// Data rounded so coarsely that they hardly leave one height, padded with that very height, are not told
-/// from level ones: nothing is found there. Of a constant map nothing is found either.
+/// Returns the heights that are padding rather than measured, the most frequent first. For such a height:
+/// - More than 1 % of the valid points have exactly this height.
+/// - It has more than twice as many points as either neighbour in the sorted list of heights. Rounding a
+/// smooth distribution gives such a peak only below a standard deviation of 0.8 steps, or on a level surface.
+/// - Of the points beside it, fewer than half are one rounding step away. On a rounded surface they are at
+/// least 88 % (Gaussian, standard deviation below 0.8 steps), or nearly all (level part of a smooth surface).
+/// - It is not a line that a surface crosses, such as the zero of astigmatism on its axes. On such a line
+/// fewer than a quarter of the points have no other height beside them, and the neighbours are at most twice
+/// as far from this height as from the next points (medians).
+/// If rounding leaves hardly more than one height, padding with that height is not found. A constant map has
+/// none.
 std::vector<Padding> find_padding(const HeightMap& map);
 
-/// The points that have one of these heights.
+/// Marks the points that have one of these heights.
 Mask padded_points(const HeightMap& map, const std::vector<Padding>& padding);
 
 }  // namespace aberfit

@@ -15,15 +15,15 @@ struct FitsCard {
   std::string comment;
 };
 
-/// An image of a FITS file with the cards behind those that say its shape.
+/// An image of a FITS file and its cards, without the cards that define its shape.
 struct FitsImageUnit {
-  std::string name;  ///< EXTNAME; empty: none
-  Grid values;       ///< row 0 is the lowest, as FITS has it; one row: an image of one axis
+  std::string name;  ///< EXTNAME; empty: no name
+  Grid values;       ///< row 0 is the lowest, as in FITS; a single row makes an image of one axis
   std::vector<FitsCard> cards;
 };
 
-/// The bytes of a FITS file of images in double precision (BITPIX -64), the first of them its primary one.
-/// NaN is NaN. Throws std::runtime_error where CFITSIO cannot write it.
+/// Returns the bytes of a FITS file with images in double precision (BITPIX -64). The first image is the
+/// primary one. NaN stays NaN. Throws std::runtime_error if CFITSIO cannot write it.
 std::string fits_bytes(const std::vector<FitsImageUnit>& images);
 
 }  // namespace aberfit

@@ -3,16 +3,16 @@
 
 namespace aberfit {
 
-/// The roughness of a mirror that is drawn without terms: below is the surface's, above the mean's.
+/// The split of the roughness of a mirror without terms: random surface below, mean scatter above.
 std::shared_ptr<const BandSplit> drawn_split(const Task& task, const Groundwork& ground);
-/// The plane waves of its surface.
+/// The plane waves of that random surface.
 TermSet drawn_waves(const Groundwork& ground, const BandSplit& split);
 
-/// Where no frequency needs a term (the split at the bottom of the band): nothing is fitted, the surface is
-/// the mirror without roughness with all of it as scatter. Generalised Harvey-Shack would then be judged
-/// against itself; instead its targets are judged on the mean of law::kGroups or more drawn mirrors of the
-/// whole PSD, with Student's t, each draw a surface of plane waves up to law::kDrawnCycles across and the
-/// rest as its mean.
+/// Verdict where the split at the bottom of the band leaves nothing to terms. Nothing is fitted: the surface
+/// is the mirror without roughness, and all of the roughness is scatter. Judging generalised Harvey-Shack
+/// against itself would show nothing. The targets are therefore judged on the mean of at least law::kGroups
+/// random mirrors of the whole PSD, with Student's t. Each realisation is a surface of plane waves up to
+/// law::kDrawnCycles cycles across; the rest enters as its mean scatter.
 Attempt judge_all_scatter(const FitCase& of);
 
 }  // namespace aberfit

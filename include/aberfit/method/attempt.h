@@ -10,25 +10,25 @@
 
 namespace aberfit {
 
-/// The pupil that is fitted on, with the operators that live on it.
+/// The pupil used for a fit, with the operators defined on it.
 struct Workbench {
   FocusModel model;
-  std::shared_ptr<const MeanScatter> scatter;  ///< of the rest of a split roughness; null: none
-  double pitch;                                ///< of a grid for waves [m]
+  std::shared_ptr<const MeanScatter> scatter;  ///< mean scatter of the rest of a split roughness; null: none
+  double pitch;                                ///< pitch of the pupil grid for wave optics [m]
   PupilSample pupil;
   SurfaceOperator surface;
-  bool single_precision = false;  ///< as DiffractionProblem has it
+  bool single_precision = false;  ///< precision of the transforms, see DiffractionProblem
 
   Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
             const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {});
   SurfaceField field(const Eigen::VectorXd& coefficients) const;
-  /// Unsmoothed statistics; NaN where one does not exist, with a warning when asked for.
+  /// Unsmoothed statistics; NaN where one does not exist, with a warning unless `warnings` is null.
   Eigen::VectorXd exact(const Task& task, const Eigen::VectorXd& coefficients,
                         const std::vector<Statistic>& statistics, int threads, Warnings* warnings) const;
   LightPath focus(const Task& task) const;
 };
 
-/// What all fits of a run have in common. The parts must outlive it.
+/// The parts that all fits of a run share. They must outlive this struct.
 struct FitCase {
   const Task& task;
   const Groundwork& ground;
@@ -36,43 +36,43 @@ struct FitCase {
   const RunContext& context;
 };
 
-/// One fit, and what goes on from it.
+/// One fit, and the data needed to continue from it.
 struct Attempt {
   FitOutcome result;
   std::shared_ptr<const TermPlan> terms;
   std::shared_ptr<const Workbench> bench;
-  FreshStatistics fresh;          ///< of a JudgedSet's statistics; empty where the fit was not judged
-  Eigen::VectorXd first_seen;     ///< the values of `fresh` before finer grids were asked for what was open
-  Eigen::VectorXd own;            ///< on the fit's own points: what is judged of each fitted target
-  Warnings own_warnings;          ///< of statistics there; said where no fresh points say it anew
-  Warnings fresh_warnings;        ///< of `fresh`
-  double judging_coarsening = 1;  ///< of the grid for waves of `first_seen`, over the safe pitch
-  double mismatch = HUGE_VAL;     ///< worst, in tolerances
+  FreshStatistics fresh;  ///< statistics of the JudgedSet on fresh points; empty where the fit was not judged
+  Eigen::VectorXd first_seen;  ///< `fresh` on the first judging grid, before finer grids
+  Eigen::VectorXd own;         ///< judged value of each fitted target on the fit's own points
+  Warnings own_warnings;  ///< warnings from the fit's own points; reported where no fresh points repeat them
+  Warnings fresh_warnings;        ///< warnings from `fresh`
+  double judging_coarsening = 1;  ///< pitch of the grid behind `first_seen`, over the safe pitch
+  double mismatch = HUGE_VAL;     ///< largest mismatch, in tolerances
 };
 
-/// Says of a result what is known of its scene: models, targets, where the roughness is split, and warnings.
+/// Writes the known facts of the scene into `result`: models, targets, split of the roughness, and warnings.
 /// result: with terms; captured: as in TermPlan.
 void describe_scene(const FitCase& of, double captured, FitOutcome* result);
 
-/// What is known of a result before the solve.
+/// The outcome as known before the solve.
 FitOutcome outcome_of(const FitCase& of, const FitPlan& plan);
 
-/// Judged, and equivalent.
+/// True when the attempt was judged and its verdict is `equivalent`.
 bool is_equivalent(const Attempt& attempt);
-/// The worst judged difference in margins, infinite where a judged statistic has no value; of an attempt that
-/// was not judged the worst mismatch in tolerances.
+/// The largest judged difference in margins; infinite where a judged statistic has no value. An attempt that
+/// was not judged gives its largest mismatch in tolerances.
 double distance_to_margin(const Attempt& attempt);
 
-/// Whether the solver got anywhere: a degenerate or failed try has no cost to compare.
+/// True when the solver has a usable solution. A degenerate or failed solve has no cost to compare.
 bool has_solution(const FitResult& fit);
 
-/// One fit as planned, on the rays of the plan. Not judged.
+/// Makes one fit on the pupil of the plan. It is not judged.
 Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
-/// The fit of the plan's terms and start, judged, on a sample fine enough: by rays on those that are asked
-/// for, or on more and more until fresh ones say the same; by waves on finer and finer grids, each from where
-/// the one before ended, until the grid that judges says the same of what is fitted. Where the run was asked
-/// to stop, the last that was judged.
+/// Fits the plan's terms from its start on a sample that is fine enough, and judges the result. Rays: the
+/// requested number, or more and more until fresh rays agree. Waves: finer and finer grids, each fit starting
+/// from the previous one, until the judging grid agrees with the fitted statistics. If the run is
+/// interrupted, returns the last judged attempt.
 Attempt fit_on_a_fine_enough_sample(const FitCase& of, FitPlan plan);
 
 }  // namespace aberfit

@@ -5,7 +5,7 @@
 
 namespace aberfit {
 
-/// Where the modelled part of the band ends, and what the rest would be worth. rays: of the fit.
+/// Returns the end of the modelled part of the band, and the effect of the rest. rays: of the fit.
 BandUse band_use(const Task& task, const Groundwork& ground, const TermSet& terms, Eigen::Index rays);
 
 }  // namespace aberfit

@@ -3,9 +3,8 @@
 
 namespace aberfit {
 
-/// What is said of a fit once it is done: the verdict by the physics that the scene needs, how far single
-/// mirrors differ, the surface by its own numbers and its character, the band it stands for, and the warnings
-/// that follow from all of it.
+/// Completes the result of a fit: the verdict by the physics that the scene needs, the spread of single
+/// mirrors, the numbers and the character of the surface, its band, and the warnings that follow.
 void conclude(const FitCase& of, Attempt* attempt);
 
 }  // namespace aberfit

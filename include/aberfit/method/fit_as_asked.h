@@ -3,17 +3,18 @@
 
 namespace aberfit {
 
-/// The terms that carry the roughness of a task: Zernikes from tilt to growth times order_to_carry of the
-/// band that the terms stand for, or, where that order is above law::kLargestOrder, plane waves: the whole
-/// frequency grid of the aperture's box, or of a band with more than law::kMostWaves of them log-uniform
-/// rings. The ground has a roughness, and terms.
+/// The terms that carry the roughness of a task: Zernikes from tilt to `growth` times order_to_carry of the
+/// terms' band. Where that order is above law::kLargestOrder, plane waves replace them: the whole frequency
+/// grid of the aperture's box, or log-uniform rings for a band with more than law::kMostWaves grid
+/// frequencies. The ground has a roughness, and a part of it needs terms.
 TermsSpec terms_by_law(const Task& task, const Groundwork& ground, double growth = 1);
 
-/// The fit that the task asks for. Where it names terms, of those, from as many starts as it says until one
-/// is equivalent. Where it leaves them open, of the law's, and where those turn out too few - different, or
-/// short of a tolerance - of 1.15 times the order, twice at most; the nearest is kept. Where it asks for the
-/// fewest, of the lowest order to within a tenth, by halving the logarithm between the law's order and 2; if
-/// the law's set is not equivalent, that. Where the split leaves nothing to terms, of none (all_scatter.h).
+/// Makes the fit that the task describes. Named terms: one set, from the task's number of starts, until one
+/// is equivalent. Automatic terms: the set of terms_by_law. If it is different or misses a tolerance, the
+/// order grows by law::kGrowth, at most law::kMostGrowths times; the nearest fit is kept. Fewest terms: the
+/// lowest order to within law::kFewestWithin, by bisection in the logarithm between 2 and the order of the
+/// law. If the set of the law is not equivalent, that set. Nothing left to terms by the split: see
+/// all_scatter.h.
 Attempt fit_as_asked(const FitCase& of);
 
 }  // namespace aberfit

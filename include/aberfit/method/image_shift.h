@@ -6,12 +6,11 @@
 
 namespace aberfit {
 
-/// The warning `image-off-axis` where the known aberrations of the mirror - tilt, coma - put the centroid of
-/// its light so far from the nominal focus that ee50 about the focus is not what it is about the centroid,
-/// within the study's margin: how far, what ee50 is about either, and the tilt that centres the light.
-/// Nothing for statistics about the centroid. The first look is a trace of the nominal mirror; only where
-/// that is off by enough the light is asked, a tenth of a second. Throws as GeneralisedHarveyShack does of
-/// mirrors.
+/// Warning `image-off-axis`: known aberrations of the mirror (tilt, coma) shift the centroid, and ee50 about
+/// the nominal focus differs from ee50 about the centroid by more than the margin. The warning gives the
+/// shift, both values of ee50, and the tilt that centres the image. No warning for statistics about the
+/// centroid. A trace of the nominal mirror comes first; the wave-optics result (a tenth of a second) is
+/// computed only if that trace shows a large enough shift. Throws as GeneralisedHarveyShack does for mirrors.
 std::optional<Warning> image_shift_warning(const Task& task);
 
 }  // namespace aberfit

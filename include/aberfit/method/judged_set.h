@@ -8,30 +8,28 @@
 
 namespace aberfit {
 
-/// Margin that a target is judged by, relative to its scale: that of the test, or less where the light
-/// outside an encircled energy's radius is judged, too.
+/// Margin of a target, relative to its scale. It is less than that of the test where stray light is judged.
 double margin_of(const Target& target, const EquivalenceSpec& asked);
 
-/// What has to be computed of a surface to show it beside its targets and to judge it, and the judging: every
-/// target's own statistic, and behind them what is judged in its place (aim_of).
+/// The statistics needed to show a surface beside its targets and to judge it. It holds every target's own
+/// statistic, followed by the judged ones that replace them (aim_of).
 class JudgedSet {
  public:
   JudgedSet(const std::vector<Target>& fitted, const std::vector<Target>& held_out);
 
   const std::vector<Statistic>& statistics() const { return statistics_; }
   const std::vector<Target>& targets() const { return targets_; }  ///< fitted, then held out
-  /// Of values (or errors) in the order of `statistics()`: what is shown, one per target, in its unit.
+  /// The shown value of each target, in its unit. values: values or errors in the order of `statistics()`.
   Eigen::VectorXd shown(const Eigen::VectorXd& values) const;
-  /// The same: what is judged, one per target, in the unit of its aim.
+  /// The judged value of each target, in the unit of its aim. values: as above.
   Eigen::VectorXd judged(const Eigen::VectorXd& values) const;
-  /// Where in `statistics()` these of the targets have what is shown and what is judged, ascending.
+  /// Ascending indices into `statistics()` of the shown and judged values of these targets.
   std::vector<Eigen::Index> places_of(const std::vector<std::size_t>& targets) const;
-  /// Targets without a value or an error, and those undecided. fresh: of `statistics()`; metrics: what
-  /// `judge` makes of it.
+  /// Targets that are undecided or lack a value or an error. fresh: of `statistics()`; metrics: from `judge`.
   std::vector<std::size_t> open_targets(const FreshStatistics& fresh,
                                         const std::vector<EquivalenceMetric>& metrics) const;
-  /// Adds to values (or errors) in the order of `statistics()`, to what is judged; more: one per target, in
-  /// the unit of its aim.
+  /// Adds `more`, one per target in the unit of its aim, to the judged entries of `values` (values or errors
+  /// in the order of `statistics()`).
   void add_to_judged(const Eigen::VectorXd& more, Eigen::VectorXd* values) const;
   /// Two one-sided tests of every target. fresh: of `statistics()`.
   std::vector<EquivalenceMetric> judge(const FreshStatistics& fresh, const EquivalenceSpec& asked) const;

@@ -11,7 +11,7 @@
 
 namespace aberfit {
 
-/// What the targets come from, what the surface goes through, and whose verdict it is.
+/// The theory of the targets, the model of the surface, and the model that gives the verdict.
 struct PhysicsChoice {
   Theory theory = Theory::kGeometric;
   FocusModel model = FocusModel::kRays;  ///< of the surface
@@ -20,34 +20,34 @@ struct PhysicsChoice {
   std::string obstacle;  ///< why wave optics cannot be computed for this task, a clause; empty: it can
   std::optional<TheoryError>
       theory_error;  ///< of wave optics for the specification; absent where it has none
-  /// Whether the verdict is that of light. It is not where a study names the geometric theory or rays as its
-  /// theory, nor in convention `paper`, a rule for rays: then light's answer stands beside it.
+  /// True when wave optics gives the verdict. Rays give it where a study names the geometric theory or rays,
+  /// and in convention `paper`, which is a rule for rays. The wave-optics judgement is then shown beside it.
   bool light_decides = true;
   Warnings warnings;
 
-  /// Whether targets and surface are light's own already. Given targets have no theory.
+  /// Returns whether targets and surface both come from wave optics. Given targets have no theory.
   bool in_light(bool targets_are_given) const;
 };
 
-/// Theory and model that somebody asks for; absent: what the scene needs.
+/// A requested theory and model; absent: what the scene needs.
 struct PhysicsRequest {
   std::optional<Theory> theory;
   std::optional<FocusModel> model;
 };
-/// What the task asks for.
+/// The request of the task itself.
 PhysicsRequest requested_physics(const Task& task);
 
-/// The models of a task. psd: of the specification, null without. `auto`: targets by generalised
-/// Harvey-Shack, the surface by rays where their error against light is below law::kShareOfMargin of the
-/// margin, else by waves. Convention `paper` is a rule for rays - no wave of any surface turns by its slope
-/// alone - so with it `auto` stays geometric, as it does, with a warning `theory-fallback`, where there is no
-/// wave theory of the task: statistics about the centroid, or too much of the light scattered
-/// further than the theory goes. Throws FieldError where a theory or model that is asked for cannot be
-/// computed.
+/// The models of a task. psd: of the specification, null without roughness. `auto`: targets by generalised
+/// Harvey-Shack. The surface is modelled by rays where their error against wave optics is below
+/// law::kShareOfMargin of the margin, else by waves. Convention `paper` is a rule for rays, because no
+/// wavefront of a surface tilts by its slope alone; `auto` then stays geometric. It also stays geometric,
+/// with a warning `theory-fallback`, where the task has no wave theory: statistics about the centroid, or too
+/// much energy scattered beyond the angles of the theory. Throws FieldError where a requested theory or model
+/// cannot be computed.
 PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, const RadialPsd* psd);
 
-/// The task without the statistics that geometric rays do not have (a Strehl ratio, say), for what compares
-/// rays with light; without any, it asks for the default set.
+/// The task without statistics that geometric rays lack (a Strehl ratio, for example), for comparing rays
+/// with wave optics. If none is left, the task has the default set.
 Task seen_by_rays(Task task);
 
 /// Throws FieldError at its key for a statistic that only rays have: the RMS radius, which diffraction makes

@@ -6,19 +6,19 @@
 
 namespace aberfit {
 
-/// Rays that an automatic fit of so many terms starts with: a power of two, law::kRaysPerTerm a
-/// term, at least law::kFewestRays and at most law::kMostRays.
+/// Rays that an automatic fit of this many terms starts with: a power of two, law::kRaysPerTerm per term,
+/// between law::kFewestRays and law::kMostRays.
 std::int64_t first_rays(Eigen::Index terms);
 std::int64_t more_rays(std::int64_t rays);
 
 /// The reason of a RayChoice whose gap is infinite.
 inline constexpr const char* kNoValueToCompare =
     "a fitted statistic has no value on the sample of the fit or on the one that judges: nothing to compare";
-/// Whether so many rays are enough for the verdict they gave (or no more can be had, or would not help what
-/// has no value); fills `reason`.
+/// Returns whether this many rays are enough for their verdict. True also where more rays are not available,
+/// or would not help a statistic without a value. Fills `reason`.
 bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice);
-/// Whether so many cells are enough for a fit by waves; fills `reason`. share: of the margin, that `allowed`
-/// is.
+/// Returns whether this many grid cells are enough; fills `reason`. share: `allowed` as a fraction of the
+/// margin.
 bool explain_cells(Eigen::Index cells, double share, RayChoice* choice);
 
 }  // namespace aberfit

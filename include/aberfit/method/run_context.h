@@ -4,11 +4,11 @@
 
 namespace aberfit {
 
-/// What a run works with besides its task.
+/// Settings of a run that do not belong to its task.
 struct RunContext {
   int threads = 1;
-  std::function<void(const std::string&)> progress = {};  ///< takes a line now and then; may be empty
-  std::function<bool()> interrupted = {};  ///< asked now and then; true: come to an end; may be empty
+  std::function<void(const std::string&)> progress = {};  ///< receives progress lines; may be empty
+  std::function<bool()> interrupted = {};                 ///< polled during the run; true: stop; may be empty
 
   bool stopped() const { return interrupted && interrupted(); }
   void say(const std::string& line) const {

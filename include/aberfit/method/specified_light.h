@@ -6,24 +6,24 @@
 
 namespace aberfit {
 
-/// A number of the mean light as specifications limit it; its key is that of a budget (specify/budget.h).
+/// A specified statistic of the mean irradiance. Its key is that of a budget (specify/budget.h).
 struct SpecifiedValue {
   std::string key;        ///< "ee80_diameter", "strehl", "pssn@0.15m"
-  double value = 0;       ///< [m] of a width, else [1]; infinite, NaN where it does not exist
-  bool is_width = false;  ///< in the focus: an angle on the sky over f as well
+  double value = 0;       ///< [m] for a width, else [1]; infinite or NaN where it does not exist
+  bool is_width = false;  ///< a length in the focus; over f it is an angle on the sky
 };
 
-/// The mean light of a specification in the focus.
+/// The mean irradiance of a specification in the focus.
 struct SpecifiedLight {
-  std::string theory;       ///< "ghs", "geometric"; empty where neither is the scene's
+  std::string theory;       ///< "ghs", "geometric"; empty where neither applies
   double focal_length = 0;  ///< [m]
-  /// By GHS ee50, ee80 and ee90 diameters, hew, fwhm, ensquared80_side, strehl, tis and pssn@0.15m; by rays
-  /// the diameters and hew. Milliseconds; Strehl ratio and PSSN are left out, for a budget to ask for, where
-  /// the perfect parabola costs tenths of a second: of a pupil without symmetry on another mirror.
+  /// By GHS: ee50, ee80 and ee90 diameters, hew, fwhm, ensquared80_side, strehl, tis and pssn@0.15m; by rays:
+  /// the diameters and hew. Takes milliseconds. Strehl ratio and PSSN are left out where the perfect parabola
+  /// costs tenths of a second, a pupil without symmetry on another mirror; a budget can request them.
   std::vector<SpecifiedValue> values;
-  /// The light of each wavelength of a band by itself; empty for one wavelength.
+  /// Each wavelength of a band by itself; empty for one wavelength.
   struct Line {
-    double wavelength = 0, share = 0;             // [m], of all light
+    double wavelength = 0, share = 0;             // [m], fraction of the total energy
     double ee50_diameter = 0, ee80_diameter = 0;  // [m]
   };
   std::vector<Line> lines;

@@ -5,11 +5,10 @@
 
 namespace aberfit {
 
-/// Forward complex transform of a rows x cols array (row after row), in place, unnormalised. Planned once;
-/// the same bits come out every time; calls from many threads at once are safe. Fields of 64 x 64 and more
-/// whose sides have no prime factor above 7 go by the library's own lines (line_kernel.h): with FFTW's plans
-/// by estimate, the only ones that do not depend on what a clock said, the cut of a deep band took 7.6 s
-/// for 5.3.
+/// Forward complex Fourier transform of a rows x cols array (row after row), in place, unnormalised. It is
+/// planned once, gives the same bits every time, and may be called from many threads. Sides of at least 64
+/// without prime factors above 7 use the library's own kernels (line_kernel.h). They are faster than FFTW's
+/// estimated plans, the only FFTW plans that do not depend on measured times.
 class FourierTransform {
  public:
   FourierTransform(int rows, int cols);
@@ -21,17 +20,17 @@ class FourierTransform {
  private:
   struct Side;
   struct Lines;
-  void* plan_ = nullptr;  // of FFTW, or
+  void* plan_ = nullptr;  // plan of FFTW, unless `lines_` is set
   std::unique_ptr<const Lines> lines_;
 };
 
-/// Forward transform sum_jk values(j, k) exp(-2 pi i (j r/rows + k c/columns)) of a rows x columns array (row
-/// after row), in place, unnormalised; rows = 1 for one dimension. Any size; safe to call from many threads
-/// at once; the same bits every time.
+/// Forward Fourier transform sum_jk values(j, k) exp(-2 pi i (j r/rows + k c/columns)) of a rows x columns
+/// array (row after row), in place, unnormalised. rows = 1 for one dimension. Any size; many threads may call
+/// it; the bits are always the same.
 void fourier_transform(int rows, int columns, std::complex<double>* values);
 
-/// Held while a plan of FFTW is made or destroyed: its planner, unlike its execution, must not run twice at a
-/// time. One for the whole library.
+/// Lock for creating or destroying a plan of FFTW, for the whole library. FFTW's planner, unlike its
+/// execution, must not run twice at once.
 std::mutex& fftw_planner();
 
 }  // namespace aberfit

@@ -11,7 +11,7 @@ namespace aberfit {
 
 // Isotropic two-dimensional, two-sided power spectral densities of surface height, S(f) [m^4] over f
 // [cycles/m] (PHYSICS 3). Band limits belong to the model: S = 0 outside [f_min, f_max], and `rms` [m] is the
-// RMS inside the band. f_min = 0 and f_max = infinity are allowed where the moments exist.
+// RMS inside the band. f_min = 0 and f_max = infinity are allowed if the moments exist.
 
 /// S = const.
 struct UniformPsd {
@@ -22,17 +22,16 @@ struct KCorrelationPsd {
   double rms = 0, correlation = 0, exponent = 0;
   double f_min = 0, f_max = std::numeric_limits<double>::infinity();
 };
-/// S = amplitude (f / (1 cycle/m))^-exponent with amplitude [m^4], or scaled to `rms`; exactly one of the two
-/// is given.
+/// S = amplitude (f / (1 cycle/m))^-exponent, amplitude [m^4]. Exactly one of `rms` and `amplitude` is given.
 struct PowerLawPsd {
   std::optional<double> rms, amplitude;
   double exponent = 0, f_min = 0, f_max = std::numeric_limits<double>::infinity();
 };
-/// ACF sigma^2 exp(-(r/l)^2): S = pi l^2 sigma^2 exp(-(pi l f)^2), unlimited band.
+/// ACF sigma^2 exp(-(r/l)^2), i.e. S = pi l^2 sigma^2 exp(-(pi l f)^2), without band limits.
 struct GaussianPsd {
   double rms = 0, correlation_length = 0;
 };
-/// Tabulated S, log-log interpolation between the points, zero outside.
+/// Tabulated S with log-log interpolation between the points; zero outside.
 struct TablePsd {
   std::vector<double> frequency;  ///< ascending, > 0 [cycles/m]
   std::vector<double> psd;        ///< > 0 [m^4]
@@ -43,17 +42,16 @@ struct SumPsd {
   std::vector<PsdModel> parts;
 };
 
-/// Checks of a model that the study reader reports and the library asserts: empty text when usable, else a
-/// sentence that says what is wrong (rms not positive, f_min >= f_max, a height variance that an `rms` needs
-/// and that does not exist, unsorted table, ...). A power law with `amplitude` may have any band: its moments
-/// may be infinite while, say, its Zernike covariances exist.
+/// Checks a model. Returns an empty text for a usable model, else a sentence with the problem: rms not
+/// positive, f_min >= f_max, no finite height variance for an `rms`, unsorted table, ... A power law with
+/// `amplitude` may have any band, because its Zernike covariances may exist even if its moments are infinite.
 std::string psd_problem(const PsdModel& model);
 
 /// amplitude (f / reference)^-exponent [m^4].
 struct PowerTerm {
   double amplitude = 0;  ///< [m^4]
   double exponent = 0;
-  double reference = 1;  ///< [cycles/m]; the knee, say, so that steep powers do not overflow
+  double reference = 1;  ///< [cycles/m]; e.g. the knee, which avoids overflow for steep powers
 
   double operator()(double f) const { return amplitude * std::pow(f / reference, -exponent); }
 };
@@ -67,17 +65,15 @@ class RadialPsd {
   double operator()(double f) const;
   double f_min() const { return f_min_; }
   double f_max() const { return f_max_; }  ///< may be infinity
-  /// Frequencies where S or its derivative jumps or bends (band edges, knees, table points), ascending,
-  /// within (0, inf).
+  /// Frequencies in (0, inf), ascending, where S or its derivative jumps: band edges, knees, table points.
   const std::vector<double>& breakpoints() const { return breakpoints_; }
   /// The same PSD with heights multiplied by `factor`.
   RadialPsd scaled(double height_factor) const;
-  /// The part of this PSD inside [f_min, f_max]; zero everywhere, with moments 0, when the two bands do not
-  /// meet.
+  /// The part of this PSD inside [f_min, f_max]. It is zero, with zero moments, if the two bands do not meet.
   RadialPsd band(double f_min, double f_max) const;
-  /// What S tends to for f -> 0 (parts whose band starts at 0) and for f -> infinity (parts whose band does
-  /// not end): sums of powers, exact to rounding beyond 1e-9 of the lowest and 1e9 of the highest breakpoint.
-  /// They decide which integrals exist.
+  /// The limits of S for f -> 0 (parts whose band starts at 0) and for f -> infinity (parts whose band has no
+  /// end), as sums of powers. They are exact to rounding beyond 1e-9 of the lowest and 1e9 of the highest
+  /// breakpoint. They decide which integrals exist.
   std::vector<PowerTerm> low_frequency_terms() const;
   std::vector<PowerTerm> high_frequency_terms() const;
 
@@ -85,11 +81,11 @@ class RadialPsd {
   RadialPsd() = default;
   void find_band();
   friend Eigen::ArrayXd autocorrelation(const RadialPsd& psd,
-                                        const Eigen::ArrayXd& r);  // closed forms need to know the models
+                                        const Eigen::ArrayXd& r);  // its closed forms need the models
   friend Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r);
   struct Part {
     PsdModel model;
-    double factor;  // amplitude that multiplies the shape of the model [m^4]
+    double factor;  // amplitude of the shape of the model [m^4]
     double f_min, f_max;
   };
   std::vector<Part> parts_;
@@ -101,34 +97,34 @@ class RadialPsd {
 struct PsdMoments {
   double height_variance = 0;         ///< int S d2f [m^2]
   double slope_variance = 0;          ///< int (2 pi f)^2 S d2f, both axes together
-  double f2_squared = 0;              ///< int (f^2 S)^2 d2f [m^2]; with slope_variance gives N_eff
+  double f2_squared = 0;              ///< int (f^2 S)^2 d2f [m^2]; needed for N_eff
   double rms_height() const;          ///< [m]
   double rms_slope_per_axis() const;  ///< sqrt(slope_variance / 2)
 };
-/// Gauss-Legendre panels that resolve S between breakpoints, closed forms of its powers at 0 and infinity;
-/// relative error below 1e-12. An integral that does not exist is infinity (height_variance only where
-/// `amplitude` was given).
+/// Moments by Gauss-Legendre panels that resolve S between breakpoints, and closed forms of its powers at 0
+/// and infinity. Relative error below 1e-12. An integral that does not exist is infinity (height_variance
+/// only if `amplitude` was given).
 PsdMoments psd_moments(const RadialPsd& psd);
 
-/// N_eff = area (int f^2 S d2f)^2 / int (f^2 S)^2 d2f: number of modes that carry the slope over an aperture
-/// of `area` [m^2]. Infinity when only the slope variance diverges, NaN when both integrals do.
+/// N_eff = area (int f^2 S d2f)^2 / int (f^2 S)^2 d2f: the number of modes that carry the slope over an
+/// aperture of `area` [m^2]. Infinity when only the slope variance diverges, NaN when both integrals do.
 double effective_modes(const PsdMoments& moments, double area);
 
-/// ACF C(r) = 2 pi int S(f) J0(2 pi f r) f df [m^2] at r >= 0 [m]; infinity when the height variance is.
-/// Error below 1e-11 C(0): closed forms for the unlimited Gaussian, the k-correlation without band limits and
-/// the uniform band, otherwise Gauss-Legendre panels up to 2 pi f r = 30 and Filon panels of the Hankel
-/// amplitude beyond, so that the cost does not grow with r.
+/// ACF C(r) = 2 pi int S(f) J0(2 pi f r) f df [m^2] at r >= 0 [m]; infinity when the height variance is
+/// infinite. Error below 1e-11 C(0). Closed forms serve the unlimited Gaussian, the k-correlation without
+/// band limits and the uniform band. Otherwise Gauss-Legendre panels serve up to 2 pi f r = 30 and Filon
+/// panels of the Hankel amplitude beyond, so the cost does not grow with r.
 double autocorrelation(const RadialPsd& psd, double r);
-/// The same at many r, sharing the work on S: prefer it when S is a long table.
+/// The same at many r, with S evaluated once. Prefer it for long tables.
 Eigen::ArrayXd autocorrelation(const RadialPsd& psd, const Eigen::ArrayXd& r);
-/// C(0) - C(r) [m^2] at many r >= 0 [m], half the structure function of the heights: relative error below
-/// 1e-11 however small r is, where the difference of two autocorrelations has lost its digits. Closed forms
-/// as for `autocorrelation`, with their power series at small r; otherwise the integral of S (1 - J0), whose
-/// integrand has one sign. A k-correlation whose exponent is within 1e-6 of an even number errs up to 1e-7.
-/// It exists for S steeper than any height variance allows, up to f^-4 at f = 0 (Kolmogorov's f^-11/3 too);
-/// infinity beyond, and where the height variance diverges at high frequency.
+/// C(0) - C(r) [m^2] at many r >= 0 [m]: half the structure function of the heights. The relative error is
+/// below 1e-11 even for small r, where the difference of two autocorrelations loses its digits. For a
+/// k-correlation whose exponent is within 1e-6 of an even number it is up to 1e-7. Closed forms as for
+/// `autocorrelation`, with power series at small r; otherwise the integral of S (1 - J0), whose integrand has
+/// one sign. It exists for S up to f^-4 at f = 0, even where the height variance does not (e.g. Kolmogorov's
+/// f^-11/3). It is infinity beyond that, and where the height variance diverges at high frequency.
 Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r);
-/// l_c = int_0^inf C(r)/C(0) dr = int S df / (height variance) [m]; infinity when int S df diverges at f = 0;
+/// l_c = int_0^inf C(r)/C(0) dr = int S df / (height variance) [m]. Infinity when int S df diverges at f = 0;
 /// NaN without a finite height variance.
 double correlation_length(const RadialPsd& psd);
 

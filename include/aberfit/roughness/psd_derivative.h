@@ -9,44 +9,43 @@
 
 namespace aberfit {
 
-/// A number that a PSD model is made of.
+/// A parameter of a PSD model.
 struct PsdVariable {
   enum class Kind {
     kRms,                ///< [m]
-    kAmplitude,          ///< [m^4], of a power law
+    kAmplitude,          ///< [m^4], for a power law
     kCorrelation,        ///< B of a k-correlation [m]; its knee is at f = 1/B
     kExponent,           ///< of a k-correlation or a power law
     kCorrelationLength,  ///< of a Gaussian [m]
-    kLowest,             ///< f_min [cycles/m], where it is above zero
-    kHighest,            ///< f_max [cycles/m], where it is finite
+    kLowest,             ///< f_min [cycles/m], if above zero
+    kHighest,            ///< f_max [cycles/m], if finite
     kTableValue,         ///< S at one row of a table [m^4]
     kHeights,            ///< factor on all heights of the part, 1 in the model itself
   };
   Kind kind = Kind::kRms;
-  std::vector<std::size_t> part;  ///< of sums, from the outermost on; empty where the model is none
-  std::size_t row = 0;            ///< of a table
+  /// Path of part indices in a sum, from the outermost; empty for a model that is not a sum.
+  std::vector<std::size_t> part;
+  std::size_t row = 0;  ///< row of a table
 
   bool operator==(const PsdVariable&) const = default;
 };
 
-/// All numbers of a model that have a derivative, part after part: those of its struct that are set, table
-/// values, without kHeights.
+/// All parameters of a model that have a derivative, in the order of its parts: numbers of its struct that
+/// are set, and table values. kHeights is not included.
 std::vector<PsdVariable> psd_variables(const PsdModel& model);
-/// JSON pointer below /roughness/psd of a study that says the model as it is: "/parts/0/B", "/rms"; of a
-/// table
-/// "/psd/3", of kHeights "/scale".
+/// JSON pointer below /roughness/psd of a study with this model: "/parts/0/B", "/rms", "/psd/3" for a table,
+/// "/scale" for kHeights.
 std::string pointer_of(const PsdVariable& parameter);
-/// The parameter of a model that has this pointer, kHeights included. Throws std::invalid_argument where it
-/// has none.
+/// The parameter with this pointer, kHeights included. Throws std::invalid_argument if there is none.
 PsdVariable psd_variable(const PsdModel& model, const std::string& pointer);
 double value_of(const PsdModel& model, const PsdVariable& parameter);
-/// The model with another value: what the derivative is the derivative of. `rms` stays that of the band.
+/// The model with another value of the parameter. `rms` stays the RMS of the band.
 PsdModel with_value(const PsdModel& model, const PsdVariable& parameter, double value);
 
-/// dS/dp of a PSD model, all other numbers of the model as they are: a density over frequency, and rings
-/// where an end of the band moves. Everything that is linear in S - moments, autocorrelation, structure
-/// function - has the derivative that is the same integral over this. Exact: d ln S/dp in closed form, also
-/// of the factor that `rms` makes of the band. Cheap to copy; const use from many threads.
+/// dS/dp of a PSD model at constant other parameters: a density over frequency, and rings where an end of the
+/// band moves. Every quantity linear in S (moments, autocorrelation, structure function) has as derivative
+/// the same integral over dS/dp. It is exact: d ln S/dp is in closed form, including the normalisation by
+/// `rms`. Copies are cheap; many threads may use a const object.
 class PsdDerivative {
  public:
   /// Precondition: psd_problem(model) is empty.
@@ -56,22 +55,22 @@ class PsdDerivative {
   struct Ring {
     double frequency = 0, variance = 0;
   };
-  /// The part of it inside [f_min, f_max].
+  /// The part of dS/dp inside [f_min, f_max].
   PsdDerivative band(double f_min, double f_max) const;
-  /// dS/dp at f >= 0 inside the band [m^4 per unit of p]; without the rings.
+  /// dS/dp at f >= 0 inside the band [m^4 per unit of p], without the rings.
   double density(double f) const;
   const std::vector<Ring>& rings() const { return rings_; }
-  /// 2 pi int_a^b f^(power + 1) dS/dp df, rings at a or b included. Relative error below 1e-12 of the same
-  /// integral over |dS/dp|. Where radial_moment is infinite its derivative is NaN.
+  /// 2 pi int_a^b f^(power + 1) dS/dp df, including rings at a or b. The error is below 1e-12 of the same
+  /// integral over |dS/dp|. NaN where radial_moment is infinite.
   double moment(double power, double a = 0, double b = std::numeric_limits<double>::infinity()) const;
-  /// d(C(0) - C(r))/dp [m^2 per unit of p] at many r >= 0 [m]; error below 1e-11 of that over |dS/dp|. NaN
-  /// where the structure function is infinite.
+  /// d(C(0) - C(r))/dp [m^2 per unit of p] at many r >= 0 [m]. The error is below 1e-11 of the same over
+  /// |dS/dp|. NaN where the structure function is infinite.
   Eigen::ArrayXd structure_function(const Eigen::ArrayXd& r) const;
-  /// dS/dp over S, 1/p-like, where the two are proportional at every frequency of the whole model, as for the
-  /// rms of a model that is no sum; 0 elsewhere.
+  /// dS/dp over S if it is the same at all frequencies of the whole model, e.g. for the rms of one part; else
+  /// 0.
   double proportion() const;
-  /// Of the highest frequency of the whole model: 1 where p is it, else 0. What is made for a band edge moves
-  /// with it.
+  /// Derivative of the highest frequency of the whole model: 1 if p is that frequency, else 0. Quantities
+  /// made for the band edge move with it.
   double highest_frequency() const { return highest_; }
 
  private:
@@ -80,7 +79,7 @@ class PsdDerivative {
   std::shared_ptr<const Slope> slope_;
   std::vector<Ring> rings_;
   double highest_ = 0;
-  bool is_whole_ = false;  // the part is the model
+  bool is_whole_ = false;  // whether the part is the whole model
 };
 
 }  // namespace aberfit

@@ -12,12 +12,12 @@ enum class PsdTableKind {
   k2dTwoSided,  ///< S2 [m^4] of an isotropic surface
   k1dOneSided,  ///< S1 [m^3] of a profile, f > 0 only, int_0^inf S1 df = variance
 };
-enum class PsdTableOf { kSurface, kWavefront };  ///< a wavefront is twice the surface: S/4
+enum class PsdTableOf { kSurface, kWavefront };  ///< a wavefront has twice the height: S is divided by 4
 
-/// What the columns of a PSD table mean and what of it is wanted.
+/// The meaning of the columns of a PSD table, and the band to keep.
 struct PsdTableOptions {
-  /// Column 1 times this is in cycles/m, column 2 in m^4 (2-D) or m^3 (1-D). Absent: as the header of the
-  /// file says; 1 for columns already at hand.
+  /// Factors to SI: column 1 to cycles/m, column 2 to m^4 (2-D) or m^3 (1-D). Absent: those of the header, or
+  /// 1.
   std::optional<double> frequency_factor = std::nullopt, psd_factor = std::nullopt;
   PsdTableKind kind = PsdTableKind::k2dTwoSided;
   PsdTableOf of = PsdTableOf::kSurface;
@@ -25,26 +25,24 @@ struct PsdTableOptions {
   std::optional<double> f_min = std::nullopt, f_max = std::nullopt;  ///< band to keep [cycles/m]
 };
 
-/// A PSD table ready for use.
+/// A PSD table in SI units.
 struct PsdTableResult {
   TablePsd psd;                        ///< surface, two-dimensional, two-sided; cut to the band
-  double variance_left_out = 0;        ///< share of the table's height variance outside the band, 0..1
+  double variance_left_out = 0;        ///< fraction of the table's height variance outside the band, 0..1
   double slope_variance_left_out = 0;  ///< the same for the slope variance
-  std::size_t not_positive =
-      0;                     ///< points of a 1-D table whose 2-D PSD came out <= 0 (S1 rises there); left out
-  double tail_exponent = 0;  ///< 1-D tables: S1 is taken to fall as f^-tail_exponent beyond the last point
+  std::size_t not_positive = 0;        ///< points of a 1-D table, where S1 rises, with 2-D PSD <= 0; omitted
+  double tail_exponent = 0;            ///< 1-D tables: assumed S1 ~ f^-tail_exponent beyond the last point
 };
 
-/// Reads a text file of two or more columns, f and PSD, separated by comma, semicolon, space or tab. '#'
-/// starts a comment; one header row of names and one of units are allowed before the first row of numbers, or
-/// the last comment before it: "f [1/mm], PSD [nm^2 mm^2]", "f_per_mm,psd_nm2_mm2". Further columns are
-/// ignored. Throws InputError, with the line, for anything else: numbers that are not numbers, not positive
-/// or not ascending, fewer than 2 rows, a band that misses the table; units that neither the header nor the
-/// options say, or that differ between them, or that are of the other kind.
+/// Reads a text file whose first two columns are f and PSD, separated by comma, semicolon, space or tab.
+/// Other columns are ignored. '#' starts a comment. Before the numbers there may be one row of names and one
+/// of units. The last comment before the numbers also counts as a header. Examples: "f [1/mm], PSD [nm^2
+/// mm^2]", "f_per_mm,psd_nm2_mm2". Throws InputError, with the line, for values that are not numbers, not
+/// positive or not ascending, for fewer than 2 rows and for a band outside the table. It also throws for
+/// units that are missing, contradict the options or belong to the other kind.
 PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& options);
 
-/// The same for columns already at hand, in file units; `source` names them in errors, `lines` (may be empty)
-/// their line numbers.
+/// The same for columns in memory, in file units. Errors name `source` and the line numbers (may be empty).
 PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::vector<double>& psd,
                               const PsdTableOptions& options, const std::string& source,
                               const std::vector<int>& lines = {});

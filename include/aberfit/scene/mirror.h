@@ -10,26 +10,26 @@ namespace aberfit {
 /// A Zernike term of the mirror that is known beforehand.
 struct KnownZernike {
   ZernikeMode mode;
-  double height = 0;  ///< RMS over the disc [m], of the surface, with the sign of h: towards the light
+  double height = 0;  ///< surface RMS over the disc [m]; positive towards the incident light
   bool operator==(const KnownZernike&) const = default;
 };
 
-/// The nominal mirror: all that is known of its shape, roughness apart. Vertex of the conic at the origin,
-/// opening towards +z where the light comes from (PHYSICS 1). A surface of revolution but for the known
-/// Zernikes. Focus, planes and centre of the statistics stay those of focal_length, whatever the Zernikes.
+/// The nominal mirror: its known shape without roughness. The vertex is at the origin and the mirror opens
+/// towards +z, where the light comes from (PHYSICS 1). The known Zernike terms are the only part that is not
+/// a surface of revolution. The focus, the planes and the centre of the statistics follow focal_length alone,
+/// not the Zernike terms.
 struct Mirror {
   double focal_length = 0;              ///< paraxial focal length [m], > 0; vertex radius of curvature 2 f
   double conic = -1;                    ///< conic constant; -1 parabola, 0 sphere
   std::array<double, 5> spherical{};    ///< c4, c6, c8, c10, c12 of sum c_2n rho^2n [m^(1-2n)]
-  std::vector<KnownZernike> zernike{};  ///< of the design or of a measurement, added to the sag
-  double zernike_radius = 0;            ///< of their disc [m], > 0 where there are any
+  std::vector<KnownZernike> zernike{};  ///< terms of the design or a measurement, added to the sag
+  double zernike_radius = 0;            ///< radius of the disc of the terms [m], > 0 if there are any
   bool operator==(const Mirror&) const = default;
 };
 
-/// Whether the sag is rho^2/(4f) and nothing else: then, and only then, light along the axis has a perfect
-/// focus.
+/// Whether the sag is exactly rho^2/(4f). Only then do rays along the axis have a perfect focus.
 bool is_parabola(const Mirror& mirror);
-/// Whether the sag depends on rho alone: no known Zernike with m != 0.
+/// Whether the sag depends on rho alone: no known Zernike term has m != 0.
 bool is_rotationally_symmetric(const Mirror& mirror);
 /// The same mirror without its known Zernikes.
 Mirror without_known_zernikes(Mirror mirror);
@@ -42,10 +42,10 @@ struct SurfacePoint {
   T slope_y;  ///< dz/dy
 };
 
-/// Sag and gradient of the nominal mirror at (x, y) [m]: standard conic sag plus even powers plus known
-/// Zernikes. Valid for (1+conic) rho^2 < (2f)^2, see `sag_domain_radius`; NaN outside. Beyond their disc the
-/// Zernikes go on as the polynomials they are. Scalars: double or a Jet type. Definition of what many points
-/// at once get from trace/nominal_surface.h; the time is that of one recurrence a Zernike.
+/// Sag and gradient of the nominal mirror at (x, y) [m]: standard conic sag, even powers and known Zernike
+/// terms. T: double or a Jet type. Valid for (1+conic) rho^2 < (2f)^2, see `sag_domain_radius`; NaN outside.
+/// Beyond their disc the Zernike terms continue as polynomials. trace/nominal_surface.h evaluates the same
+/// surface at many points at once.
 template <typename T>
 SurfacePoint<T> base_surface(const Mirror& mirror, const T& x, const T& y) {
   using std::sqrt;

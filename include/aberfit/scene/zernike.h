@@ -5,16 +5,14 @@
 
 namespace aberfit {
 
-/// Zernike mode Z_n^m, orthonormal on the unit disc (unit RMS): m > 0 cosine, m < 0 sine (Noll 1976
-/// normalisation).
+/// Zernike mode Z_n^m, orthonormal on the unit disc (Noll 1976, unit RMS): m > 0 cosine, m < 0 sine.
 struct ZernikeMode {
   int n = 0;
   int m = 0;
   bool operator==(const ZernikeMode&) const = default;
 };
 
-/// Value and gradient of one mode at one point of the unit disc; the gradient is with respect to the disc
-/// coordinates.
+/// Value of one mode at one point of the unit disc, and its gradient with respect to the disc coordinates.
 template <typename T>
 struct ZernikePoint {
   T value{0};
@@ -26,30 +24,30 @@ using ZernikeValue = ZernikePoint<double>;
 /// True for n >= 0, |m| <= n, n - |m| even.
 bool is_zernike_mode(ZernikeMode mode);
 
-/// Throws std::invalid_argument unless it is one.
+/// Throws std::invalid_argument unless is_zernike_mode(mode).
 void require_zernike_mode(ZernikeMode mode);
 
-/// Frequency [cycles/m] up to which all modes of orders up to n on a disc of `radius` [m] stand for a
-/// surface, (n + 1)/(2 pi radius): where the transform of those of order n, J_{n+1}(2 pi radius f)/f, turns
-/// from a power of f to a wave.
+/// Frequency [cycles/m] up to which all modes of orders <= n on a disc of `radius` [m] represent a surface:
+/// (n + 1)/(2 pi radius). There the transform of order n, J_{n+1}(2 pi radius f)/f, changes from a power of f
+/// to an oscillation.
 inline double zernike_cutoff(int n, double radius) { return (n + 1) / (2 * std::numbers::pi * radius); }
 
 /// Factor that makes the peak-normalised mode (R_n^m(1) = 1) orthonormal on the disc: sqrt(n + 1), times
 /// sqrt(2) unless m = 0 (Noll 1976, eq. 1). A Fringe coefficient is the orthonormal coefficient times this.
 double zernike_norm(ZernikeMode mode);
 
-/// Z_n^m and its gradient at (x, y), rho^2 = x^2 + y^2 <= 1 (or slightly above), one mode at a time: the
-/// plain twin of SurfaceOperator (terms). T: double or a Jet type. Z = norm Re or Im (x + iy)^|m|
-/// P_k^(0,|m|)(2 rho^2 - 1), k = (n - |m|) / 2, with the Jacobi polynomial and its derivative from the
-/// three-term recurrence (DLMF 18.9.2): no factorials, no angle and no division by rho, so the vertex is an
-/// ordinary point. Error, relative to the largest value (largest gradient) of the mode over the disc: below
-/// 1e-12 for n <= 100, 1e-11 for n <= 300. Throws std::invalid_argument unless is_zernike_mode(mode).
+/// Z_n^m and its gradient at (x, y), for rho^2 = x^2 + y^2 <= 1 or slightly above. SurfaceOperator (terms)
+/// evaluates many modes at once. T: double or a Jet type. Z = norm Re or Im (x + iy)^|m| P_k^(0,|m|)(2 rho^2
+/// - 1), k = (n - |m|) / 2. The Jacobi polynomial and its derivative come from the three-term recurrence
+/// (DLMF 18.9.2). There are no factorials, no angles and no division by rho, so the vertex is an ordinary
+/// point. Error, relative to the largest value (largest gradient) of the mode over the disc: below 1e-12 for
+/// n <= 100, 1e-11 for n <= 300. Throws std::invalid_argument unless is_zernike_mode(mode).
 template <typename T>
 ZernikePoint<T> zernike_at(ZernikeMode mode, const T& x, const T& y) {
   require_zernike_mode(mode);
   const int m = std::abs(mode.m), degree = (mode.n - m) / 2;
 
-  // P_k^(0,m)(t) and its t-derivative, upwards in the degree.
+  // P_k^(0,m)(t) and its derivative with respect to t, by a recurrence upwards in the degree.
   const T t = 2.0 * (x * x + y * y) - 1.0;
   T p{1.0}, p_before{0.0}, dp{0.0}, dp_before{0.0};
   for (int k = 0; k < degree; ++k) {
@@ -64,7 +62,7 @@ ZernikePoint<T> zernike_at(ZernikeMode mode, const T& x, const T& y) {
     dp_before = dp, dp = dp_next;
   }
 
-  // (x + iy)^m and m (x + iy)^(m-1), the harmonic and what its gradient is made of.
+  // (x + iy)^m is the harmonic; m (x + iy)^(m-1) gives its gradient.
   T re{1.0}, im{0.0}, d_re{0.0}, d_im{0.0};
   for (int i = 0; i < m; ++i) {
     d_re = double(m) * re, d_im = double(m) * im;
@@ -83,8 +81,8 @@ ZernikePoint<T> zernike_at(ZernikeMode mode, const T& x, const T& y) {
 ZernikeValue zernike(ZernikeMode mode, double x, double y);
 
 /// Noll's single index, from 1: (0,0) (1,1) (1,-1) (2,0) (2,-2) (2,2) ...; even j are cosines (Noll 1976,
-/// table 1). Also OpticStudio's `Zernike Standard`. The functions with an index throw std::invalid_argument
-/// when it is below the first one, those with a mode unless is_zernike_mode(mode).
+/// table 1). It is also the index of `Zernike Standard` in OpticStudio. All index functions below throw
+/// std::invalid_argument for an index below the first one and for an invalid mode.
 int noll_index(ZernikeMode mode);
 ZernikeMode zernike_from_noll(int j);
 

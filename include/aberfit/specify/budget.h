@@ -13,72 +13,73 @@
 
 namespace aberfit {
 
-// Numbers of the surface itself (PHYSICS 3): of its PSD, without an aperture and without light.
+// Quantities of the surface itself (PHYSICS 3), from its PSD alone, without aperture and diffraction.
 
-/// RMS height [m] of the frequencies from f_min to f_max. Its mean is not taken off, as RmsHeight's is.
+/// RMS height [m] of the frequencies from f_min to f_max, without subtraction of a mean as in RmsHeight.
 struct HeightInBand {
   double f_min = 0, f_max = std::numeric_limits<double>::infinity();  ///< [cycles/m]
 };
-/// RMS slope [1] of those frequencies per axis, s = sqrt(slope variance/2).
+/// RMS slope [1] per axis of the frequencies from f_min to f_max, s = sqrt(slope variance/2).
 struct SlopeInBand {
   double f_min = 0, f_max = std::numeric_limits<double>::infinity();  ///< [cycles/m]
 };
-/// RMS difference [m] of two heights so far apart: the root of the structure function D(r) = 2 (C(0) - C(r)).
+/// RMS difference [m] of two heights at that distance: root of the structure function D(r) = 2 (C(0) - C(r)).
 struct HeightDifference {
   double separation = 0;  ///< [m]
 };
 using OfSurface = std::variant<HeightInBand, SlopeInBand, HeightDifference>;
 
-/// Infinite where the integral does not exist.
+/// Returns the quantity; infinite if the integral diverges.
 double of_surface(const OfSurface& what, const RadialPsd& psd);
-/// d ln(of_surface)/dp, exact; NaN where it is 0 or infinite.
+/// Returns d ln(of_surface)/dp, exact; NaN where of_surface is 0 or infinite.
 double of_surface_change(const OfSurface& what, const RadialPsd& psd, const PsdDerivative& derivative);
 
-/// A limit on a statistic, as a specification says it: "ee80_diameter": "<= 0.6 arcsec".
+/// A limit on a statistic, as written in a specification: "ee80_diameter": "<= 0.6 arcsec".
 struct Budget {
   std::string key;    ///< as typed, see budget_keys
   std::string bound;  ///< as typed: <= or >=, a number and its unit
   Statistic statistic = RmsHeight{};
-  std::optional<LightProperty> of_light;     ///< instead of `statistic`
-  std::optional<OfSurface> of_surface;       ///< the same
-  bool is_diameter = false;                  ///< twice the statistic, a radius
-  bool is_squared = false;                   ///< the square of a HeightDifference, D itself
-  bool at_most = true;                       ///< <=
-  double limit = 0;                          ///< [m], [m^2], [rad], [1/sr] or [1], > 0; see in_wavelengths
-  bool in_wavelengths = false;               ///< `limit` is still a number of wavelengths
-  Dimension dimension = Dimension::kLength;  ///< of the limit; a length in the focus as angle is length/f
-  std::string unit;                          ///< of the limit as typed
-  double unit_size = 1;                      ///< of that unit in SI units
+  std::optional<LightProperty> of_light;  ///< used instead of `statistic`
+  std::optional<OfSurface> of_surface;    ///< used instead of `statistic`
+  bool is_diameter = false;               ///< the limit is for twice the statistic, a radius
+  bool is_squared = false;                ///< the limit is for the square of a HeightDifference, D itself
+  bool at_most = true;                    ///< true: <=; false: >=
+  double limit = 0;                       ///< [m], [m^2], [rad], [1/sr] or [1], > 0; see in_wavelengths
+  bool in_wavelengths = false;            ///< `limit` is still a number of wavelengths
+  /// dimension of the limit; a length in the focus as an angle is length/f
+  Dimension dimension = Dimension::kLength;
+  std::string unit;      ///< unit of the limit as typed
+  double unit_size = 1;  ///< size of that unit in SI units
 };
 
-/// A kind of key that budgets may have.
+/// A kind of budget key.
 struct BudgetKey {
-  std::string regex;   ///< ECMA, of the whole key
-  std::string sample;  ///< a key of that kind
+  std::string regex;   ///< ECMA regular expression for the whole key
+  std::string sample;  ///< an example of such a key
 };
-/// All of them: ee<percent>_radius, ee<percent>_diameter, ensquared<percent>_side and fwhm, all with a plane
-/// "@1mm" if it is not the focus; hew (half-energy width, ee50_diameter); strehl; tis; mtf@<frequency>;
+/// Returns all kinds: ee<percent>_radius, ee<percent>_diameter, ensquared<percent>_side and fwhm, all with a
+/// plane "@1mm" if it is not the focus; hew (half-energy width, ee50_diameter); strehl; tis; mtf@<frequency>;
 /// pssn@<r0 at 500 nm>, without it 15 cm; bsdf@<angle>; rms_height and rms_slope, both with a band
 /// "@10/m-100/m" or without; structure@<separation>; scatter_rms.
 const std::vector<BudgetKey>& budget_keys();
 
-/// Throws UnitError that says what is allowed for a key or a bound that is none. Widths, radii and sides are
-/// bounded as a length or an angle on the sky; heights also as "lambda/20"; heights may be called RMS ("5 nm
-/// RMS"); slopes are numbers or angles; structure@... is its root where the bound is a length, itself where
-/// it is an area ("25 nm^2"); shares are plain numbers below 1 or percent, a BSDF a plain number or in
+/// Parses a key and its bound. Throws UnitError with the allowed forms if either is invalid.
+/// Widths, radii and sides are lengths or angles on the sky; heights may also be "lambda/20" and be marked
+/// RMS ("5 nm RMS"); slopes are numbers or angles. structure@... is the root of D if the bound is a length, D
+/// itself if it is an area ("25 nm^2"). Fractions are numbers below 1 or percent; a BSDF is a number or in
 /// "1/sr".
 Budget parse_budget(const std::string& key, const std::string& bound);
-/// With a limit that was typed in wavelengths in [m].
+/// Returns the budget with a limit in wavelengths converted to [m].
 Budget at_wavelength(Budget budget, double wavelength);
 
-/// What the budget limits, of the statistic's or property's value [its SI unit], as `limit`. focal_length:
-/// [m], whose inverse is the plate scale.
+/// Converts the value of the statistic or property [its SI unit] to the quantity that `limit` bounds.
+/// focal_length [m]: its inverse is the plate scale.
 double budgeted(const Budget& budget, double value, double focal_length);
-/// `value` [as limit] in the unit of the bound: "0.5432 arcsec", "lambda/18.3".
+/// Returns `value` [as limit] in the unit of the bound: "0.5432 arcsec", "lambda/18.3".
 std::string in_budget_unit(const Budget& budget, double value);
-/// "ee80_diameter_rad": the key with the SI unit of the limit, as results have it.
+/// Returns the key with the SI unit of the limit, as in results: "ee80_diameter_rad".
 std::string budget_name(const Budget& budget);
-/// Whether a smoother mirror has a smaller value: all but Strehl ratio, MTF and PSSN.
+/// Returns true if a smoother mirror has a smaller value: all but Strehl ratio, MTF and PSSN.
 bool is_less_of_smoother(const Budget& budget);
 
 }  // namespace aberfit

@@ -10,44 +10,46 @@
 #include "aberfit/method/run_context.h"
 #include "aberfit/specify/solve.h"
 
-// From the light of a measured focus to the PSD that spreads it so.
+// Determines the PSD of a surface from its measured focus.
 namespace aberfit {
 
-/// A measured focus and what is known of it.
+/// A measured focus and what is known about the measurement.
 struct MeasuredFocus {
   std::variant<EncircledCurve, FocalImage> data;
-  double dz = 0;     ///< plane [m]
-  double pixel = 0;  ///< side of the square pixels of an image, or that a curve was counted with; 0: none [m]
-  double reach = 0;  ///< what is further from the centre is left out [m]; 0: nothing
-  /// Standard deviation of a share [1], of a pixel [unit of the image]. Absent: as the curve's file says, of
-  /// an image from its rim; where neither does, from the residuals, of one mirror no less than 0.001 of the
-  /// light or of the brightest pixel, of a mean 0.0001.
+  double dz = 0;  ///< defocus of the measured plane [m]
+  /// side of the square pixels of an image, or of those from which a curve was counted; 0: none [m]
+  double pixel = 0;
+  double reach = 0;  ///< data further from the centre are ignored [m]; 0: no limit
+  /// Standard deviation of a fraction [1], or of a pixel [unit of the image]. If absent, it comes from the
+  /// file of the curve or from the rim of the image. If neither has it, it comes from the residuals. It is
+  /// then at least 0.001 of the energy or of the brightest pixel for one mirror, and 0.0001 for a mean.
   std::optional<double> noise;
-  std::optional<double> gain;  ///< of an image: photoelectrons in its unit, which have shot noise
-  bool is_total_known = true;  ///< of a curve: shares are of all of the light; else of an unknown part
-  bool has_background = true;  ///< of an image: an even one is fitted
-  /// One mirror was measured, whose own focus departs from the mean light of its specification; else a mean
-  /// of many.
+  std::optional<double> gain;  ///< images: photoelectrons per unit, for the shot noise
+  /// curves: true if the fractions refer to the whole energy, false if to an unknown part
+  bool is_total_known = true;
+  bool has_background = true;  ///< images: fit a uniform background
+  /// true: one mirror, which deviates from the mean of its specification; false: a mean of many mirrors
   bool is_one_mirror = true;
-  double confidence = 0.95;  ///< of the intervals, in (0.5, 1)
+  double confidence = 0.95;  ///< confidence level of the intervals, in (0.5, 1)
 };
 
-/// One number of the PSD.
+/// One fitted parameter of the PSD.
 struct NumberOfFocus {
   SolveUnknown unknown;
   double best = 0;  ///< at the minimum [its SI unit]
-  /// Standard deviation of its logarithm, by derivatives at the minimum; of a mean whose noise nobody knows
-  /// wide enough for the fault (total, plane, centre, scale) that its residuals hide best.
+  /// Standard deviation of its logarithm, from the derivatives at the minimum. For a mean with unknown noise
+  /// it includes the systematic error (total, plane, centre, scale) that the residuals hide best.
   double log_std = 0;
-  double lower = 0, upper = 0;  ///< profile likelihood interval; the end of the search where there is none
+  /// profile likelihood interval; the end of the search range if a bound is not found
+  double lower = 0, upper = 0;
   bool lower_found = false, upper_found = false;
   bool identified() const { return lower_found && upper_found; }
 };
 
 enum class PsdOfFocusStatus {
   kFitted,
-  kNotIdentified,  ///< the light does not determine one of the numbers, or a combination of them
-  kNotDescribed,   ///< no such roughness spreads the light as it was measured
+  kNotIdentified,  ///< the data do not determine a parameter, or a combination of parameters
+  kNotDescribed,   ///< no such roughness explains the data
   kNotConverged,
 };
 std::string to_string(PsdOfFocusStatus status);
@@ -55,49 +57,46 @@ std::string to_string(PsdOfFocusStatus status);
 struct PsdOfFocus {
   std::string title;
   PsdOfFocusStatus status = PsdOfFocusStatus::kNotConverged;
-  std::string message;  ///< why it is not fitted; else empty
+  std::string message;  ///< reason if it is not fitted; otherwise empty
   std::vector<NumberOfFocus> numbers;
   Eigen::MatrixXd correlation;  ///< of the logarithms of `numbers`
   double confidence = 0.95;
   bool is_image = false, is_one_mirror = true, is_noise_known = true;
-  double total = 1;         ///< light that the mean light is multiplied with [unit of the data]
-  double background = 0;    ///< of a pixel [unit of the image]
-  double noise_factor = 1;  ///< of what was taken for the noise: root of chi_squared over degrees of freedom
+  double total = 1;         ///< factor of the mean irradiance [unit of the data]
+  double background = 0;    ///< per pixel [unit of the image]
+  double noise_factor = 1;  ///< ratio of actual to assumed noise: root of chi_squared over degrees of freedom
   double chi_squared = 0;
   int degrees_of_freedom = 0;
-  /// Chance of a larger chi_squared; where the noise was not known, that noise would have as much of the
-  /// form that the residuals have.
+  /// Probability of a larger chi_squared or, for unknown noise, of residuals with as much structure.
   double goodness = 0;
   double dz = 0;                      ///< [m]
-  double centre_x = 0, centre_y = 0;  ///< of an image [pixels, from its lower left one]
-  Eigen::ArrayXd radius;              ///< of a circle, or mean one of a ring's pixels [m]; ascending
-  Eigen::ArrayXd measured, fitted;    ///< share within it, or mean light of a pixel of the ring
-  Eigen::ArrayXd noise;               ///< standard deviations of `measured`, without the mirror's own
+  double centre_x = 0, centre_y = 0;  ///< images: centre of the spot [pixels from the lower left pixel]
+  Eigen::ArrayXd radius;  ///< radius of a circle, or mean radius of the pixels of a ring [m]; ascending
+  Eigen::ArrayXd measured, fitted;  ///< fraction within the radius, or mean irradiance of a pixel of the ring
+  Eigen::ArrayXd noise;  ///< standard deviations of `measured`, without the deviation of one mirror
   Eigen::ArrayXd
-      spread;  ///< standard deviation of one mirror's light about the mean; 0 where many were measured
+      spread;  ///< standard deviation of one mirror's irradiance about the mean; 0 for a mean of many
   int evaluations = 0;
   double seconds = 0;
   Warnings warnings;
 };
 
-/// Weighted least squares of the light that the mean spot of generalised Harvey-Shack has in each circle or
-/// ring (pixels exactly, of light that is symmetric about its centre), over the logarithms of the unknowns,
-/// with exact derivatives (theory/psd_jacobian.h). Known aberrations are those of the task's mirror.
-///
-/// Of one mirror, deviations from the mean light count as noise with the covariance that theory gives them
-/// (`RealisationSpread::covariance`). They are
-/// those of `mirrors_at`, the task without what is averaged over within an exposure (air, jitter): more than
-/// the blurred light has.
-/// A number is identified where the profile of the sum of squares rises to the confidence on both sides
-/// within a factor of 1000 of its start, of exponents 10. Warnings `not-identified`, `poor-fit`: goodness
-/// below 1e-3, or, of a noise that nobody knows, below 0.02. Then the likelihood is asked whether part of all
-/// light, another plane, another centre or another scale of the radii, or anything smooth along the curve
-/// would leave residuals of less form, and the message has the remedy of the one that does best. Throws
-/// FieldError for data and starts that cannot be used, ComputationError where the start has no prediction.
+/// Weighted least squares of the energy in each circle or ring, over the logarithms of the unknowns, with
+/// exact derivatives (theory/psd_jacobian.h). The model is the mean spot of generalised Harvey-Shack with the
+/// aberrations of the task's mirror; pixels are integrated exactly for a spot that is symmetric about its
+/// centre.
+/// For one mirror, its deviation from the mean counts as noise with the theoretical covariance
+/// (`RealisationSpread::covariance`) of `mirrors_at`. That is the task without what an exposure averages
+/// (atmosphere, jitter), which would reduce the deviation.
+/// A parameter is identified if the profile of the sum of squares reaches the confidence level on both sides,
+/// within a factor of 1000 of its start (exponents: 10). Warnings: `not-identified`, and `poor-fit` for a
+/// goodness below 1e-3 (unknown noise: 0.02). A poor fit is compared with part of the energy, another plane,
+/// centre or scale of radii, and any smooth change along the curve; the message names the most likely one.
+/// Throws FieldError for unusable data and starts, ComputationError if the start has no prediction.
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
                             const std::vector<SolveUnknown>& unknowns, const MeasuredFocus& focus,
                             const RunContext& context);
-/// Of a task that stands still.
+/// The same with `mirrors_at` = `task_at`, for a task without averaging within an exposure.
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
                             const MeasuredFocus& focus, const RunContext& context);
 

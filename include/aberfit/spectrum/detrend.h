@@ -8,26 +8,25 @@ namespace aberfit {
 enum class DetrendShape {
   kNone,
   kPolynomial,  ///< all x^i y^j, i + j <= degree; 0: piston only
-  kEllipse,  ///< profile: best-fit mirror ellipse (height p, q, theta), piston and tilt; map: polynomial of
-             ///< degree 2 (quadric)
-  kZernike,  ///< maps: Noll-normalised modes up to radial order `degree` over the enclosing circle of the
-             ///< valid points
+  /// profile: best-fit mirror ellipse (p, q, theta) with piston and tilt; map: polynomial of degree 2
+  kEllipse,
+  kZernike,  ///< maps: Noll-normalised modes up to radial order `degree` on the enclosing circle of the valid
+             ///< points
 };
 struct DetrendOptions {
   DetrendShape shape = DetrendShape::kPolynomial;
-  int degree = 2;  ///< of heights; slopes lose one degree less
+  int degree = 2;  ///< degree of the shape for heights; one less for slopes
 };
 
-/// Heights [m] of a profile: its own, or its slopes integrated (trapezoid rule on the true positions, 0 at
-/// the first sample). NaN slopes inside are bridged linearly for the integral and stay NaN.
+/// Returns the heights [m] of a profile. Slopes are integrated by the trapezoid rule on the true positions,
+/// starting with 0 at the first sample. The integral bridges NaN slopes linearly; they stay NaN.
 Profile heights_of(const Profile& profile);
 
-/// The profile minus its least-squares shape. Slopes: minus the derivative of the shape (polynomial of degree
-/// - 1).
+/// Subtracts the least-squares shape. Slopes lose the derivative of the shape (polynomial of degree - 1).
 Profile detrend(const Profile& profile, const DetrendOptions& options);
 HeightMap detrend(const HeightMap& map, const DetrendOptions& options);
 
-/// RMS about zero over the valid samples, each counted once.
+/// Returns the RMS about zero over the valid samples, each counted once.
 double rms(const Profile& profile);
 double rms(const HeightMap& map);
 

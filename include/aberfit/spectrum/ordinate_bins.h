@@ -12,7 +12,7 @@ namespace aberfit {
 struct OrdinateGrid {
   int rows = 1, cols = 0;
   double step_x = 0, step_y = 0;  ///< [cycles/m]; step_y is 0 for a profile
-  /// From here on too little is left of a wave to be made a height again [cycles/m].
+  /// From this frequency on, too little of a wave is left to restore its height [cycles/m].
   double lost_from = std::numeric_limits<double>::infinity();
 
   bool profile() const { return rows == 1; }
@@ -24,29 +24,28 @@ struct OrdinateGrid {
   int l(int index) const { return signed_index(index / cols, rows); }
   int conjugate(int at) const { return index(-k(at), -l(at)); }
   double frequency(int at) const { return std::hypot(k(at) * step_x, l(at) * step_y); }
-  /// Finest step and lower Nyquist frequency of the two axes [cycles/m].
+  /// Return the finest step, the coarsest step and the lower Nyquist frequency of the two axes [cycles/m].
   double resolution() const { return profile() ? step_x : std::min(step_x, step_y); }
   double coarse_step() const { return std::max(step_x, step_y); }
   double nyquist() const {
     return profile() ? 0.5 * cols * step_x : 0.5 * std::min(cols * step_x, rows * step_y);
   }
-  double top() const { return std::min(nyquist(), lost_from); }  ///< of what is binned
+  double top() const { return std::min(nyquist(), lost_from); }  ///< upper end of the bins
 };
 
-/// Logarithmic bins of ordinates. Zero frequency and everything from the grid's `top` on belong to none;
-/// conjugate ordinates belong to the same bin.
+/// Logarithmic bins of ordinates; conjugates are in the same bin, zero and frequencies from `top` on in none.
 struct OrdinateBins {
-  std::vector<int> of;  ///< bin of every ordinate of the grid, -1: none
+  std::vector<int> of;  ///< bin of every ordinate of the grid; -1: none
   Eigen::ArrayXd frequency, low, high;
-  Eigen::ArrayXd count;  ///< ordinates, each conjugate pair once
+  Eigen::ArrayXd count;  ///< number of ordinates, each conjugate pair counted once
 
   Eigen::Index size() const { return count.size(); }
-  /// Means over the bins of a value per ordinate.
+  /// Returns the mean over each bin of a value per ordinate.
   Eigen::ArrayXd mean(const Eigen::ArrayXd& ordinate) const;
 };
 
-/// left_out: ordinates not to be used (empty: none), conjugates alike. Edges do not depend on left_out; a bin
-/// that loses all its ordinates disappears.
+/// left_out: ordinates to exclude, symmetric under conjugation; empty: none. They do not change the bin
+/// edges, but a bin without remaining ordinates is dropped.
 OrdinateBins logarithmic_bins(const OrdinateGrid& grid, int bins_per_decade,
                               const std::vector<char>& left_out);
 

@@ -11,42 +11,42 @@ namespace aberfit {
 
 /// Samples that do not belong to the surface: spikes of an interferometer, dust, damaged regions.
 struct Outliers {
-  Mask found;  ///< of the shape of the data; none where too few samples were there to tell
+  Mask found;  ///< mask of the shape of the data; nothing marked if there are too few samples
   Eigen::Index count = 0;
   Eigen::Index tested = 0;  ///< valid samples
-  double threshold = 0;     ///< of the nearest neighbours, in standard deviations of their residual
+  double threshold = 0;     ///< limit for the nearest neighbours, in standard deviations of their residual
 };
 
-/// Samples that stand out of their neighbourhood. At distances of 1, 2, 4, 8 (profiles also 16) samples each
-/// is compared with the median of what pairs of neighbours on opposite sides make of its place (maps: along
-/// rows, columns and both diagonals; profiles: at one, two and three distances), so that slope drops out and
-/// one bad neighbour does no harm. The residual's standard deviation is 1.4826 times its median size: of the
-/// whole data, and of a tile where that is larger, because real noise is not the same everywhere. It is not
-/// taken from the PSD, which the outliers raise before they are known. Outliers are beyond Student's t that
-/// Gaussian data exceed in one of 200 measurements (degrees of freedom: 0.37 of the independent residuals,
-/// the efficiency of the median). Not outliers are continuations of one side, as both sides of a step are,
-/// and regions without an edge, as a turned-down rim. What is found is left out and the search is repeated;
-/// beside it 3.5 standard deviations are enough, so that damaged regions are found whole, up to about 8
-/// samples across. At the rim, where pairs lack one end, lines are continued from inside. Slope profiles are
-/// tested as slopes; what is lost of them is lost to the heights integrated from them.
-/// No alarm on 500 clean Gaussian surfaces of 2-D exponents 0 to 4; 1 % of spikes ten standard deviations
-/// high rejected, RMS height and slope within 2 % (tests/spectrum/outliers_test.cpp). Fewer than 32 valid
-/// samples, profiles below 25 and maps below 9 samples a side are not tested.
+/// Finds samples that stand out of their neighbourhood. At distances of 1, 2, 4, 8 (profiles also 16)
+/// samples, each is compared with the median prediction of pairs of neighbours on opposite sides: along rows,
+/// columns and both diagonals for maps, at one, two and three distances for profiles. Slope therefore
+/// cancels, and one bad neighbour does no harm.
+/// The standard deviation of the residual is 1.4826 times its median size, of the whole data or of a tile if
+/// that is larger, because real noise varies over the surface. The PSD is not used, because outliers raise
+/// it.
+/// The limit is Student's t that Gaussian data exceed in one of 200 measurements (degrees of freedom: 0.37 of
+/// the independent residuals, the efficiency of the median). A sample is kept if it continues one side, as at
+/// a step, or if its region has no edge, as at a turned-down rim.
+/// Outliers are removed and the search is repeated, with 3.5 standard deviations beside them, so that damaged
+/// regions up to about 8 samples across are found whole. At the rim, lines are extrapolated from inside.
+/// Slope profiles are tested as slopes; heights integrated from them lose the removed samples.
+/// No false alarm on 500 clean Gaussian surfaces of 2-D exponents 0 to 4. Rejection of 1 % of spikes of ten
+/// standard deviations restores RMS height and slope to 2 % (tests/spectrum/outliers_test.cpp). Not tested:
+/// fewer than 32 valid samples, profiles below 25 and maps below 9 samples a side.
 Outliers find_outliers(const Profile& profile);
 Outliers find_outliers(const HeightMap& map);
 
-/// What becomes of outliers.
+/// Treatment of outliers.
 enum class OutlierTreatment {
-  kWarn,    ///< they stay, with the warning `outliers`
-  kReject,  ///< they become holes, with the warning `outliers-rejected`
-  kKeep,    ///< nobody looks for them
+  kWarn,    ///< keep them, with the warning `outliers`
+  kReject,  ///< make them invalid, with the warning `outliers-rejected`
+  kKeep,    ///< do not search for them
 };
 
-/// Treats the outliers of a measurement, and looks whether its size is that of a mirror. `detrend`: what is
-/// taken off for the RMS values that the warnings quote. Warnings: `outliers` or `outliers-rejected` with the
-/// number and the effect on RMS slope and height; `unusual` where the record or a map's diagonal is shorter
-/// than 0.1 um or longer than 50 m, heights without a parabola span more than 1 % of it, or slopes exceed
-/// 1 rad.
+/// Treats the outliers of a measurement and checks whether its size is plausible for a mirror. `detrend`:
+/// shape subtracted for the RMS values in the warnings. Warnings: `outliers` or `outliers-rejected` with
+/// number and effect on RMS slope and height; `unusual` for a record or map diagonal outside 0.1 um to 50 m,
+/// heights without a parabola above 1 % of it, or slopes above 1 rad.
 Warnings screen(Measurement* data, OutlierTreatment treatment, const DetrendOptions& detrend);
 
 }  // namespace aberfit

@@ -9,10 +9,9 @@
 
 namespace aberfit {
 
-/// Shapes of PSD that can be fitted. In one dimension (profiles) the fitted function is the profile PSD of
-/// the isotropic surface.
+/// Families of PSD models. For profiles, the fitted function is the profile PSD of the isotropic surface.
 enum class PsdFamily {
-  kAuto,  ///< all of the others, chosen by the information criterion
+  kAuto,  ///< the information criterion chooses among all others
   kPowerLaw,
   kKCorrelation,
   kUniform,
@@ -24,22 +23,23 @@ std::string to_string(PsdFamily family);
 
 struct PsdFitOptions {
   PsdFamily family = PsdFamily::kAuto;
-  double f_min = 0, f_max = 0;  ///< bins to use [cycles/m]; 0: all that are trusted (see fit_psd_model)
+  /// band of the bins to use [cycles/m]; 0: all usable bins (see fit_psd_model)
+  double f_min = 0, f_max = 0;
   double confidence = 0.95;
   int max_iterations = 200;
 };
 
-/// Goodness below which a model does not describe its bins.
+/// A model with a smaller goodness does not describe its bins.
 inline constexpr double kPoorFit = 1e-3;
 
-/// One number of a fitted model.
+/// One parameter of a fitted model.
 struct PsdParameter {
-  std::string name;  ///< "rms", "B", "exponent", "amplitude", "floor", ...; exponent is 2-D
+  std::string name;  ///< "rms", "B", "exponent", "amplitude", "floor", ...; the exponent is 2-D
   std::string unit;  ///< SI
   double value = 0, std = 0;
   double lower = 0, upper = 0;  ///< confidence interval; may be asymmetric
   bool identified =
-      true;  ///< false: the data do not determine it; value is NaN and a bound or nothing is known
+      true;  ///< false: the data do not determine it; value is NaN, and at most a bound is known
 };
 
 enum class PsdFitStatus { kNotRun, kConverged, kNotConverged, kFailed };
@@ -56,44 +56,46 @@ struct PsdModelFit {
   PsdFitStatus status = PsdFitStatus::kNotRun;
   std::string message;
   PsdFamily family = PsdFamily::kAuto;
-  PsdModel model;  ///< two-dimensional, two-sided surface PSD in the band of the bins used: ready for a
-                   ///< study; floor left out where it is noise of a profile
+  /// two-dimensional, two-sided surface PSD in the band of the bins used, ready for a study; without the
+  /// floor if that is noise of a profile
+  PsdModel model;
   std::vector<PsdParameter> parameters;
-  Eigen::MatrixXd covariance;   ///< of the internal (log) parameters, sandwich form
+  Eigen::MatrixXd covariance;   ///< covariance of the internal (log) parameters, sandwich form
   double f_min = 0, f_max = 0;  ///< band used [cycles/m]
   Eigen::ArrayXd expected;      ///< E[psd] of the model at every bin of the estimate
-  Eigen::ArrayXd spectrum;      ///< the model itself at the bins' frequencies, of the kind of the estimate
-  TablePsd curve;               ///< the same over the band, dense: log-log within 1e-3 of its integrals
+  Eigen::ArrayXd spectrum;      ///< the model at the frequencies of the bins, of the kind of the estimate
+  TablePsd curve;  ///< the same on a dense grid over the band; log-log interpolation keeps integrals to 1e-3
   double log_likelihood = 0, criterion = 0;
-  double goodness = 0;     ///< p-value of the residuals, given the model
-  double model_error = 0;  ///< tau: relative model discrepancy allowed for beside the sampling error; 0 where
-                           ///< the model describes the bins
+  double goodness = 0;  ///< p-value of the residuals, given the model
+  /// tau: relative model error allowed in addition to the sampling error; 0: the model describes the bins
+  double model_error = 0;
   std::vector<PsdCandidate> candidates;
   Warnings warnings;  ///< `not-identified`, `poor-fit`, ...
 };
 
-/// Fits PSD models to the bins of an estimate by the Whittle (gamma) likelihood of chi-squared bins, E =
-/// response * S: no logarithm, so no log bias (Whittle 1953; response as in Sykulski et al. 2019, "debiased
-/// Whittle"). The maximum is refined by the quasi-score of the bins' joint covariance (McCullagh and Nelder
-/// 1989, 9.3), which also gives the covariance of the parameters; 1-4 % smaller errors than without.
-/// Intervals are Wald's in the logarithm (power-law exponent: in itself). The lowest bins, which detrending
-/// took height from, are weighted through the response; bins below 1.5 resolutions are left out. kAuto takes
-/// the simplest family within 2 of the least criterion among those whose every parameter the data determine,
-/// or among all where only then the model describes the data (`goodness`).
-/// Where that fit fails to describe the bins (goodness below 1e-3) it is tried once more from the least
-/// squares of the logs, and if that fails too, a model error is allowed for: log psd = log E + sampling error
-/// + d, d of standard deviation tau (`model_error`) and correlation exp(-|log f - log f'| / L). The fit is
-/// then least squares of the logs (bias of log chi-squared taken off) with weights 1 / (psi'(dof / 2) +
-/// tau^2), so that all decades count; tau and L are estimated by restricted maximum likelihood (random
-/// effects; Patterson and Thompson 1971), and the covariance is the sandwich of these weights between bins so
-/// correlated. `log_likelihood` and `criterion` are then those of normal log bins, each family with its own
-/// tau, and kAuto takes a family with undetermined parameters only if it wins by more than 6 of the
-/// criterion; `goodness` stays the p-value without allowance, and the model follows the geometric middle of
-/// the bins. A family whose limit (knee outside the band, no floor) does as well at `confidence` is given up
-/// for that limit: `family` says so, the parameter is not identified and bounded by the profile likelihood.
-/// Over a profile a uniform surface is a disc of frequencies that ends at f_max; a floor is white noise of
-/// the instrument, reported and left out of `model` (warning `floor-left-out`). Fewer usable bins than
-/// parameters + 1: kFailed with a message. About 1-10 ms a family, twice that with a model error.
+/// Fits PSD models to the bins by the Whittle (gamma) likelihood of chi-squared bins with E = response * S,
+/// which has no log bias (Whittle 1953; response as in Sykulski et al. 2019, "debiased Whittle"). The
+/// quasi-score of the joint covariance refines the maximum and gives the covariance of the parameters
+/// (McCullagh and Nelder 1989, 9.3); it reduces errors by 1-4 %.
+/// Intervals are Wald's in the logarithm (power-law exponent: in itself). The response accounts for the
+/// height that detrending removes from the lowest bins; bins below 1.5 resolutions are not used.
+/// kAuto takes the simplest family within 2 of the least criterion, among those whose parameters the data
+/// determine, or among all if only then a model describes the data (`goodness`).
+/// If that fit fails (goodness below 1e-3), it is repeated once from the least squares of the logarithms. If
+/// it fails again, a model error is allowed: log psd = log E + sampling error + d, where d has standard
+/// deviation tau (`model_error`) and correlation exp(-|log f - log f'| / L). The fit is then least squares of
+/// the logarithms (bias of log chi-squared removed) with weights 1 / (psi'(dof / 2) + tau^2), so that all
+/// decades count. tau and L follow from restricted maximum likelihood (random effects; Patterson and Thompson
+/// 1971), the covariance from the sandwich of these weights for bins with that correlation. `log_likelihood`
+/// and `criterion` are then those of normal log bins, each family with its own tau. kAuto takes a family with
+/// undetermined parameters only if its criterion is better by more than 6. `goodness` stays the p-value
+/// without model error, and the model follows the geometric mean of the bins.
+/// If the limit of a family (knee outside the band, no floor) does as well at `confidence`, `family` is the
+/// limit, and the parameter is not identified but bounded by the profile likelihood.
+/// For a profile, a uniform surface is a disc of frequencies up to f_max, and a floor is white noise of the
+/// instrument, reported but not part of `model` (warning `floor-left-out`). With fewer usable bins than
+/// parameters + 1 the status is kFailed with a message. Time: 1-10 ms per family, twice that with a model
+/// error.
 PsdModelFit fit_psd_model(const PsdEstimate& estimate, const PsdFitOptions& options = {});
 
 }  // namespace aberfit

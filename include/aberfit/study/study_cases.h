@@ -26,10 +26,10 @@ class StudyCases {
   const Study& study() const;
   /// One case, without the blocks `vary`, `verify` and `output`. Throws InputError as read_study does.
   Study at(const CaseValues& values) const;
-  /// Hash of a case, 32 hexadecimal digits, the same in every run and on every machine: FNV-1a of 128 bits of
-  /// what is computed (`vary.run`), a line end, and the resolved study as JSON with sorted keys, without
-  /// blanks, without the blocks `title`, `vary`, `verify`, `output` (and `solve` where that is not what is
-  /// computed); a `file` or `mask` that is there is replaced by the hash of its content.
+  /// Hash of a case (core/content_hash.h), the same in every run and on every machine. It covers what is
+  /// computed (`vary.run`), a line end, and the resolved study as JSON with sorted keys and without blanks.
+  /// Texts for people and the blocks `vary`, `verify` and `output` do not count, nor does `solve` where it is
+  /// not computed. A `file` or `mask` that is there is replaced by the hash of its content.
   std::string id(const Study& of_case) const;
   /// The same of a case that cannot be read: of the study as written with `values` in it.
   std::string id_of_unreadable(const CaseValues& values) const;

@@ -7,21 +7,19 @@
 
 namespace aberfit {
 
-/// How many points an operator has and how they are arranged: what its method and its cost depend on beside
-/// the terms. Counts that do not apply are zero.
+/// Number and arrangement of an operator's points; its method and cost depend on them. Others are zero.
 struct PointLayout {
   Eigen::Index points = 0;
-  Eigen::Index rings = 0;    ///< polar: rings times spokes are the points
+  Eigen::Index rings = 0;    ///< polar: points = rings times spokes
   Eigen::Index spokes = 0;   ///< polar: points per ring
   Eigen::Index rows = 0;     ///< Cartesian grid
   Eigen::Index columns = 0;  ///< Cartesian grid
 };
 PointLayout point_layout(const PupilSample& pupil);
 
-/// The method of each family of terms: the one that `options` names, else polar for Zernikes on rings and the
-/// transform for modes of a lattice, which nothing beats where they can be, and sums at each point otherwise.
-/// Predicted seconds are good to a factor of two. Throws std::invalid_argument for a named method that terms
-/// or points do not allow.
+/// Chooses the method of each family of terms: the one in `options`; else the polar one for Zernike terms on
+/// rings and the transform for lattice modes, which are always fastest; else sums at each point. Predicted
+/// times are correct to a factor of two. Throws std::invalid_argument for a method that is not possible.
 OperatorChoice choose_operator(const TermSet& terms, const PointLayout& layout,
                                const OperatorOptions& options = {});
 OperatorChoice choose_operator(const TermSet& terms, const PupilSample& pupil,

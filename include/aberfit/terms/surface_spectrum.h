@@ -7,7 +7,7 @@
 
 namespace aberfit {
 
-/// PSD bins of a term surface: quadratic in the coefficients, with their Jacobian.
+/// PSD bins of a term surface, which are quadratic in the coefficients, with their Jacobian.
 class SurfaceSpectrum {
  public:
   virtual ~SurfaceSpectrum() = default;
@@ -17,17 +17,17 @@ class SurfaceSpectrum {
                         Eigen::MatrixXd* jacobian) const = 0;
 };
 
-/// Ring-averaged PSD of a Zernike surface over its whole disc, unwindowed, at each bin the average over [low,
-/// high] (weight f df): S(f) = |H(f)|^2 / (pi R^2) averaged over directions = sum over signed m of |sum_n
-/// a_nm F_nm(f)|^2 in closed form (PHYSICS 4). Zernike terms only: throws std::invalid_argument otherwise.
+/// Ring-averaged PSD of a Zernike surface over its whole disc, without a window. Each bin is the average over
+/// [low, high] with weight f df. S(f) = |H(f)|^2 / (pi R^2) averaged over directions = sum over signed m of
+/// |sum_n a_nm F_nm(f)|^2 in closed form (PHYSICS 4). Throws std::invalid_argument for other terms.
 std::unique_ptr<SurfaceSpectrum> zernike_spectrum(const TermSet& terms, const Eigen::ArrayXd& low,
                                                   const Eigen::ArrayXd& high);
 
-/// Any terms: the surface on a square grid of grid_size x grid_size points in the middle of equal cells over
-/// the disc's inscribed square (side sqrt(2) radius) goes through the same estimator (detrend, window, bins)
-/// as a measured map; lines are not taken out. `low`, `high` get the edges of the estimator's bins, all of
-/// them. Throws std::invalid_argument for a radius that is not positive, a grid below 4 x 4 and a detrending
-/// that leaves nothing.
+/// PSD of any terms by the estimator of measured maps (detrending, window, bins; lines are not removed). The
+/// surface is sampled at grid_size x grid_size cell centres over the square inscribed in the disc, of side
+/// sqrt(2) radius. `low` and `high` receive the edges of all bins of the estimator. Throws
+/// std::invalid_argument for a radius that is not positive, a grid below 4 x 4 and a detrending that leaves
+/// nothing.
 std::unique_ptr<SurfaceSpectrum> estimated_spectrum(const TermSet& terms, const PsdEstimatorOptions& options,
                                                     int grid_size, int threads, Eigen::ArrayXd* low,
                                                     Eigen::ArrayXd* high);

@@ -14,19 +14,20 @@ struct FourierMode {
   double fy = 0;  ///< [cycles/m]
 };
 
-/// Which aberration terms a surface has; what they weigh is a coefficient vector of `size()` entries, all
-/// heights [m]:
-///   one per Zernike mode (RMS over the disc); then A, B per Fourier mode (amplitudes);
-///   then one per spherical power: c_2n radius^2n, the height of the term at the rim;
-///   then of each segment, where its errors are terms, its piston if there are pistons, and its slopes along
-///   x and y about its centre if it tilts, each times its radius.
+/// The aberration terms of a surface. A coefficient vector has `size()` entries, all heights [m], in this
+/// order:
+///   one per Zernike mode (RMS over the disc);
+///   A, B per Fourier mode (amplitudes);
+///   one per spherical power: c_2n radius^2n, the height of the term at the rim;
+///   per segment with errors: its piston, if any, then its slopes along x and y about its centre, if any,
+///   each times its radius.
 struct TermSet {
   double radius = 0;  ///< normalisation radius of Zernike and spherical terms [m]
   std::vector<ZernikeMode> zernike;
   std::vector<FourierMode> fourier;
-  std::vector<int> spherical;  ///< even powers out of 4, 6, 8, 10, 12
-  /// Where all Fourier modes are points of a lattice, i pitch and j pitch, each standing for its cell: the
-  /// pitch [cycles/m], which fast transforms and the prior go by; else 0.
+  std::vector<int> spherical;  ///< even powers from 4, 6, 8, 10, 12
+  /// Pitch [cycles/m] if all Fourier modes are points (i, j) pitch of a lattice and each represents its grid
+  /// cell; else 0. Fast transforms and the prior use it.
   double fourier_pitch = 0;
   std::shared_ptr<const Segments> segments = nullptr;
 
@@ -36,11 +37,11 @@ struct TermSet {
   Eigen::Index fourier_begin() const { return Eigen::Index(zernike.size()); }
   Eigen::Index spherical_begin() const { return Eigen::Index(zernike.size() + 2 * fourier.size()); }
   Eigen::Index segments_begin() const { return spherical_begin() + Eigen::Index(spherical.size()); }
-  /// Terms of one segment.
+  /// Number of terms per segment.
   Eigen::Index of_a_segment() const {
     return segments ? (segments->piston() > 0 ? 1 : 0) + (segments->tip_tilt() > 0 ? 2 : 0) : 0;
   }
-  /// The others: a smooth surface, of the first segments_begin() coefficients.
+  /// All other terms: a smooth surface with the first segments_begin() coefficients.
   TermSet without_segments() const {
     TermSet others = *this;
     others.segments.reset();

@@ -7,25 +7,25 @@
 
 namespace aberfit {
 
-/// The mean light of a mirror with known aberrations in two dimensions, where GeneralisedHarveyShack has its
-/// mean over direction: the pupil field of the mirror without roughness on cells, and on its transfer
-/// function the factor H of the roughness, which is that of the parabola in the same aperture, averaged over
-/// each overlap (GeneralisedHarveyShack::overlap_transfer). Light beyond the cells' field of view is that of
-/// the parabola. Without aberrations it is generalised Harvey-Shack exactly; with them H is taken as the same
-/// in all of an overlap, some 1e-3 of the scattered light at f/2. Const use from many threads.
+/// The mean irradiance in two dimensions of a mirror with known aberrations; GeneralisedHarveyShack has only
+/// its mean over direction. It takes the pupil field of the mirror without roughness on a grid and multiplies
+/// its transfer function by the factor H of the roughness. H is that of the parabola in the same aperture,
+/// averaged over each overlap (GeneralisedHarveyShack::overlap_transfer). Energy beyond the field of view of
+/// the grid is that of the parabola. Without aberrations the result is generalised Harvey-Shack exactly. Else
+/// H constant over an overlap is an error of about 1e-3 of the scatter at f/2. Const use from many threads is
+/// safe.
 class AberratedLight {
  public:
-  /// Cells: 128 across, and so many that the phase of the aberration turns by at most a quarter of a turn
-  /// between neighbours, at most 2048 a side. Throws ComputationError beyond that, and as
-  /// GeneralisedHarveyShack does.
+  /// The grid has 128 to 2048 points across: the phase changes by a quarter of a turn per point or less.
+  /// Throws ComputationError if 2048 are too few, and as GeneralisedHarveyShack.
   explicit AberratedLight(const GhsPupil& pupil);
 
-  /// Highest irradiance, and that on the axis, with the mean scatter of `psd`.
+  /// Highest irradiance and irradiance on the axis, with the mean scatter of `psd`.
   DiffractionPeak peak(const RadialPsd& psd) const;
-  /// Centroid of the light in the focus [m]: scatter, which is isotropic, does not move it. That of the rays
-  /// of the mirror without roughness and without GhsOptions::departure, which is that of its waves.
+  /// Centroid of the energy in the focus [m], from rays of the mirror without roughness and without
+  /// GhsOptions::departure. Isotropic scatter does not move it, and wave optics gives the same centroid.
   std::array<double, 2> centroid() const { return centroid_; }
-  /// Radius [m] that holds half of the light in the focus, about the nominal focus and about the centroid.
+  /// Radius [m] that holds half of the energy in the focus, about the nominal focus and about the centroid.
   struct HalfLight {
     double about_focus, about_centroid;
   };
@@ -36,7 +36,7 @@ class AberratedLight {
 
   GhsPupil parabola_;
   DiffractionPupil cells_;
-  Eigen::ArrayXd height_;  // of the aberration at the cells [m]
+  Eigen::ArrayXd height_;  // aberration at the grid points [m]
   std::array<double, 2> centroid_{};
 };
 

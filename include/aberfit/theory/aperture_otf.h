@@ -10,28 +10,28 @@ namespace internal {
 struct PanelFunction;
 }
 
-/// Optical transfer function of a perfect, evenly lit aperture in focus, averaged over direction: of circles
-/// and annuli the OTF itself, of all others what encircled energies about the axis depend on. It is a
-/// function of the pupil shear x = lambda f nu [m]; real, because OTFs at opposite shears are conjugate; 1 at
-/// x = 0.
+/// Optical transfer function of a perfect, evenly illuminated aperture in focus, averaged over direction.
+/// Circles and annuli have the OTF itself; for others the average decides the encircled energies about the
+/// axis. A function of the pupil shear x = lambda f nu [m], 1 at x = 0; real, as opposite shears are
+/// conjugate.
 class ApertureOtf {
  public:
-  /// Throws ComputationError for an aperture without opening, and lengths that are not positive.
+  /// Throws ComputationError for an aperture without opening and for lengths that are not positive.
   explicit ApertureOtf(const Aperture& aperture);
 
-  /// OTF at shear x >= 0 [m]: the overlap of the aperture with its copy, over its area. Circles, annuli
-  /// (O'Neill 1956) and rectangles in closed form; all others by their light on cells, within 1e-4 below ten
-  /// cells of 1/256 and within 1e-5 beyond.
+  /// OTF at the shear x >= 0 [m]: the overlap of the aperture with its copy, over the aperture's area.
+  /// Circles, annuli (O'Neill 1956) and rectangles in closed form. All others from their focal irradiance:
+  /// error below 1e-4 at shears under 10/256 of the diameter and 1e-5 beyond.
   double operator()(double x) const;
   /// Shear from which the OTF is 0 [m].
   double cutoff() const { return breakpoints_.back(); }
-  /// Shears where it is not smooth, ascending, the last one the cutoff [m].
+  /// Shears where the OTF is not smooth, ascending; the last one is the cutoff [m].
   const std::vector<double>& breakpoints() const { return breakpoints_; }
 
  private:
   double outer_ = 0, inner_ = 0;                             // radii [m]
   double width_ = 0, height_ = 0;                            // of a rectangle [m]
-  std::shared_ptr<const internal::PanelFunction> by_light_;  // of all others
+  std::shared_ptr<const internal::PanelFunction> by_light_;  // all other apertures
   std::vector<double> breakpoints_;
 };
 

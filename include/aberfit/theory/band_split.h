@@ -14,35 +14,34 @@
 
 namespace aberfit {
 
-/// A roughness split at a frequency (PHYSICS 10): below it a surface stands for it, above it a scatter
-/// function does, exp(-(4 pi/lambda)^2 (C_rest(0) - C_rest(x))) on the transfer function. Independent parts
-/// multiply, so that the mean over such surfaces is generalised Harvey-Shack of the whole, wherever the cut;
-/// heights and slopes add in squares. In its aperture-exact form the exponent varies over the aperture; what
-/// multiplies is its mean over the overlap, exact in focus for a mirror without aberrations. Out of focus and
-/// over f/2 mirrors that is some 1e-3 of the light that both parts scatter.
+/// A roughness split at a frequency (PHYSICS 10). A surface represents the part below the cut. A scatter
+/// function represents the part above: the factor exp(-(4 pi/lambda)^2 (C_rest(0) - C_rest(x))) on the
+/// transfer function. Independent parts multiply, so the mean over such surfaces is generalised Harvey-Shack
+/// of the whole for any cut. Heights and slopes add in squares. In the aperture-exact form the exponent
+/// varies over the aperture; the factor is its mean over the overlap. That is exact in focus for a mirror
+/// without aberrations. Else the error is about 1e-3 (f/2) of the energy that both scatter.
 class BandSplit : public MeanScatter {
  public:
-  /// cut [cycles/m] inside the band of `psd`, or at one of its ends: then one part is empty. `whole`: of the
-  /// same psd, mirror, aperture and light.
+  /// cut [cycles/m] lies inside the band of `psd` or at one of its ends; then one part is empty. `whole`:
+  /// prediction with the same psd, mirror, aperture and source.
   BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, const Aperture& aperture,
             const Light& light, std::shared_ptr<const GeneralisedHarveyShack> whole);
 
   double cut() const { return cut_; }              ///< [cycles/m]
-  const RadialPsd& low() const { return low_; }    ///< what the terms stand for
-  const RadialPsd& rest() const { return rest_; }  ///< what scatters
+  const RadialPsd& low() const { return low_; }    ///< the part that the surface terms represent
+  const RadialPsd& rest() const { return rest_; }  ///< the part that scatters
   bool has_low() const { return low_light_.has_value(); }
   bool has_rest() const { return rest_light_.has_value(); }
-  double tis() const;  ///< share of the light that the rest scatters
-  /// Radius [m] of the light in focus that a surface with the low part needs room for: the 95 % of its mean
-  /// spot, and where its highest frequency scatters to.
+  double tis() const;  ///< fraction of the energy that the rest scatters
+  /// Radius [m] in focus that the field of view of a surface with the low part must hold. It covers 95 % of
+  /// the mean spot of that part and the angle to which its highest frequency scatters.
   double low_reach() const { return low_reach_; }
 
   Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override;
   Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const override;
   double encircled_energy(double radius) const override { return in_plane(radius, 0)->energy; }
   double encircled_energy_slope(double radius) const override { return in_plane(radius, 0)->slope; }
-  /// Remembered: a wide band takes up to a millisecond, and a fit asks for the same radii in every step. NaN
-  /// for a radius that is not finite.
+  /// Keeps results: fits repeat radii and a wide band takes up to a millisecond. NaN for infinite radii.
   std::optional<Encircled> in_plane(double radius, double dz) const override;
   double irradiance() const override { return focus_.irradiance(0); }
   double image_transfer(double frequency) const override { return focus_.transfer(frequency); }
@@ -59,12 +58,12 @@ class BandSplit : public MeanScatter {
   MeanSpot focus_;
   struct Memory {
     std::mutex mutex;
-    std::map<double, std::optional<MeanSpot>> spots;       // by dz; nothing: aberrations turn too often there
+    std::map<double, std::optional<MeanSpot>> spots;       // by dz; empty if the phase is too steep
     std::map<std::pair<double, double>, Encircled> known;  // by dz and radius
   };
   std::unique_ptr<Memory> memory_;
   std::shared_ptr<const GeneralisedHarveyShack> whole_;
-  std::vector<std::shared_ptr<const BandSplit>> lines_;  // of a band
+  std::vector<std::shared_ptr<const BandSplit>> lines_;  // one per wavelength of a band
 };
 
 }  // namespace aberfit

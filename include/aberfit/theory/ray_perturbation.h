@@ -6,10 +6,10 @@
 
 namespace aberfit {
 
-/// The Harvey-Shack branch by ray perturbation: every ray of the pupil gets an independent Gaussian slope
-/// error of per-axis standard deviation `slope`. kPhysical: added to the surface gradient before reflection.
-/// kPaper: D = -slope added to x and y of the reflected unit vector, which is renormalised. Deviates are
-/// stream ("harvey-shack", seed), index = ray number.
+/// The Harvey-Shack branch by ray perturbation: every ray gets an independent Gaussian slope error of
+/// per-axis deviation `slope`. kPhysical: added to the surface gradient before reflection. kPaper: D = -slope
+/// added to x and y of the reflected unit vector, which is renormalised. Random numbers: stream
+/// ("harvey-shack", seed), index = ray number.
 RayBundle trace_perturbed(const Mirror& mirror, const PupilSample& pupil, double slope, Convention convention,
                           std::uint64_t seed);
 

@@ -7,16 +7,15 @@
 
 namespace aberfit {
 
-/// Roughness as it turns rays where no surface stands for it: at every pupil point a Gaussian slope in each
-/// axis, of the standard deviation `scatter.rms_slope_per_axis()`, independent of the surface. That is the
-/// slope of Gaussian roughness at a point, and light on rays knows of no more than one point (PHYSICS 5): the
-/// mean over such rays is the mean over such mirrors. The slopes are spread evenly (a scrambled Sobol set of
-/// their own, in its order where neighbours of the pupil follow each other, else dealt out at random; seeds
-/// are independent where they are dealt out).
-/// Adds to the slopes of `field`, which is made a field of zeros where it is empty.
+/// Adds to `field` the random slopes by which unmodelled roughness deflects rays; an empty `field` becomes
+/// one of zeros. Every pupil point gets a Gaussian slope on each axis, of standard deviation
+/// `scatter.rms_slope_per_axis()`, independent of the surface. That is the slope of Gaussian roughness at one
+/// point, and a ray depends on one point only (PHYSICS 5). So the mean over such rays is the mean over such
+/// mirrors. The slopes come from a scrambled Sobol set. They keep its order where neighbours of the pupil
+/// follow each other. Elsewhere their order is random.
 void add_scatter(const MeanScatter& scatter, const PupilSample& pupil, std::uint64_t seed,
                  SurfaceField* field);
-/// Of the pupil that a study names; fresh pupils take seeds of their own.
+/// Seed for the pupil that a study names; fresh pupils use other seeds.
 inline constexpr std::uint64_t kScatterSeed = 1;
 
 }  // namespace aberfit

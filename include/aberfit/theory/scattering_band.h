@@ -3,16 +3,15 @@
 
 namespace aberfit {
 
-/// The frequencies of a surface that scatter light of a wavelength at normal incidence: those below 1/lambda,
-/// whose diffraction order leaves the surface (relevant roughness; PHYSICS 6).
+/// The frequencies of a surface that scatter at a wavelength and normal incidence. They lie below 1/lambda,
+/// so that their diffraction order leaves the surface (relevant roughness; PHYSICS 6).
 struct ScatteringBand {
-  RadialPsd psd;          ///< without what is cut
-  double rms_height = 0;  ///< of it [m]; infinity where the variance diverges at f = 0
-  double cut_share = 0;   ///< share of the height variance above 1/lambda
+  RadialPsd psd;          ///< the part below 1/lambda
+  double rms_height = 0;  ///< RMS of `psd` [m]; infinity where the variance diverges at f = 0
+  double cut_share = 0;   ///< fraction of the height variance above 1/lambda
 };
-/// wavelength > 0 [m]. A share below 1e-12, less than any result shows, is left where it is, with the closed
-/// forms that an unlimited band has. What is cut of an infinite variance counts as a share of the part above
-/// the frequency 1/(1000 m), which no mirror exceeds.
+/// wavelength > 0 [m]. A cut fraction below 1e-12 does not show in any result; then the PSD is not cut and
+/// keeps its closed forms. For an infinite variance, cut_share refers to frequencies above 1/(1000 m).
 ScatteringBand scattering_band(const RadialPsd& psd, double wavelength);
 
 }  // namespace aberfit

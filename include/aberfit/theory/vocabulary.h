@@ -3,10 +3,10 @@
 
 namespace aberfit {
 
-/// What says how the light of a rough mirror lies about its focus: where targets without a value come from.
+/// How the mean spot of a rough mirror is computed; targets without a value come from it.
 enum class Theory {
   kGeometric,  ///< Gaussian ray deflections in closed form (GeometricHarveyShack)
-  kRays,       ///< the same by Monte Carlo: rays with drawn deflections (the paper's Harvey-Shack branch)
+  kRays,       ///< the same by Monte Carlo: rays with random deflections (the paper's Harvey-Shack branch)
   kGhs,        ///< generalised Harvey-Shack, wave optics (GeneralisedHarveyShack)
 };
 
@@ -16,17 +16,17 @@ enum class Convention {
   kPaper,     ///< D = -grad h added to the unit ray, which is renormalised: half the physical deflection
 };
 
-/// What turns a surface into focal statistics.
+/// How focal statistics are computed from a surface.
 enum class FocusModel {
   kRays,   ///< order statistics and moments of the traced rays
   kWaves,  ///< diffraction of the pupil field, phase 4 pi h/lambda
 };
 
-/// The words of studies and results: "geometric", "rays", "ghs"; "rays", "waves".
+/// The words in studies and results: "geometric", "rays", "ghs"; "rays", "waves".
 std::string to_string(Theory theory);
 std::string to_string(FocusModel model);
 
-/// The model that a surface has to go through to be compared with `theory`: waves for kGhs, else rays.
+/// The focus model for a surface that is compared with `theory`: waves for kGhs, else rays.
 FocusModel model_of(Theory theory);
 
 }  // namespace aberfit
