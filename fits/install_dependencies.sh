@@ -9,6 +9,7 @@ packages=(
   libboost-dev librandom123-dev libcli11-dev libfmt-dev libcfitsio-dev
   libhdf5-dev libzip-dev libpugixml-dev                        # .datx and .x3p of instruments
   gnuplot-nox fonts-dejavu-core                                # pictures
+  libkainjow-mustache-dev                                      # report.html
   libopenmpi-dev openmpi-bin                                   # sweeps over several machines; optional
   libgtest-dev python3-jsonschema libbenchmark-dev             # tests and benchmarks
   clang-format                                                 # what CI checks

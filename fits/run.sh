@@ -13,8 +13,8 @@ cmake --build build/release --target aberfit_program
 name=$(basename "$(dirname "$study")")
 status=0
 build/release/aberfit fit "$study" -o "out/$name/fit" || status=$?
-if compgen -G "out/$name/fit/plots/*.png" >/dev/null; then
+if compgen -G "out/$name/fit/plots/*.svg" >/dev/null; then
   echo; echo "Pictures:"
-  printf '  %s\n' "out/$name"/fit/plots/*.png
+  printf '  %s\n' "out/$name"/fit/plots/*.{png,svg}
 fi
 exit $status

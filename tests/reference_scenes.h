@@ -12,7 +12,7 @@ inline nlohmann::json study_of(double focal_length, const nlohmann::json& apertu
           {"aperture", aperture},
           {"light", {{"wavelength", 632.8e-9}}},
           {"roughness", {{"psd", psd}}},
-          {"output", {{"plots", false}}}};
+          {"output", {{"pictures", "none"}}}};
 }
 inline nlohmann::json circle(double diameter) { return {{"shape", "circle"}, {"diameter", diameter}}; }
 inline nlohmann::json uniform(double rms, double f_max) {
@@ -36,7 +36,7 @@ inline std::string small_study(const std::string& terms, const std::string& rays
   return R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": "circle", "diameter": "0.4 m"},
     "light": {"wavelength": "632.8 nm"},
     "roughness": {"psd": {"model": "uniform", "rms": "200 nm", "f_min": "2.5 /m", "f_max": "12 /m"}},
-    "target": {"theory": "geometric"}, "output": {"plots": false}, "equivalence": {"margin": "2 %"},
+    "target": {"theory": "geometric"}, "output": {"pictures": "none"}, "equivalence": {"margin": "2 %"},
     "terms": )" +
          terms + R"(, "trace": {"rays": )" + rays + "}}";
 }

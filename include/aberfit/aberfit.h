@@ -9,6 +9,7 @@
 // core: units, errors, warnings, random streams, threads, instruction sets.
 #include "aberfit/core/constants.h"
 #include "aberfit/core/content_hash.h"
+#include "aberfit/core/embedded_texts.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/instruction_set.h"
 #include "aberfit/core/linear_algebra.h"
@@ -81,7 +82,6 @@
 
 // focus: statistics of rays.
 #include "aberfit/focus/circles_of_square.h"
-#include "aberfit/focus/counted_ring_width.h"
 #include "aberfit/focus/evaluate.h"
 #include "aberfit/focus/statistic.h"
 
@@ -102,7 +102,6 @@
 #include "aberfit/theory/height_on_aperture.h"
 #include "aberfit/theory/light_property.h"
 #include "aberfit/theory/model_choice.h"
-#include "aberfit/theory/paper_table.h"
 #include "aberfit/theory/psd_jacobian.h"
 #include "aberfit/theory/ray_perturbation.h"
 #include "aberfit/theory/realisation_spread.h"
@@ -165,6 +164,7 @@
 
 // specify: which roughness meets a budget.
 #include "aberfit/specify/budget.h"
+#include "aberfit/specify/budget_light.h"
 #include "aberfit/specify/ceilings.h"
 #include "aberfit/specify/contributors.h"
 #include "aberfit/specify/psd_of_focus.h"
@@ -173,15 +173,15 @@
 // report: results as JSON, tables, pictures, files for other programs.
 #include "aberfit/report/array_format.h"
 #include "aberfit/report/arrays.h"
-#include "aberfit/report/band_shares.h"
 #include "aberfit/report/ceilings_report.h"
-#include "aberfit/report/character.h"
 #include "aberfit/report/chart.h"
-#include "aberfit/report/check_report.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/report/focal_light.h"
-#include "aberfit/report/frontier.h"
-#include "aberfit/report/plots.h"
+#include "aberfit/report/html_report.h"
+#include "aberfit/report/page.h"
+#include "aberfit/report/picture_format.h"
+#include "aberfit/report/pictures.h"
 #include "aberfit/report/psd_of_focus_report.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/report/result.h"
@@ -189,14 +189,12 @@
 #include "aberfit/report/scatter_table.h"
 #include "aberfit/report/solve_report.h"
 #include "aberfit/report/sweep_report.h"
-#include "aberfit/report/trace_report.h"
 #include "aberfit/report/verify_report.h"
 
 // study: the study file.
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/measured_psd.h"
 #include "aberfit/study/psd_numbers.h"
-#include "aberfit/study/published.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/study.h"
 #include "aberfit/study/study_cases.h"
@@ -215,3 +213,4 @@
 #include "aberfit/commands/program.h"
 #include "aberfit/commands/run.h"
 #include "aberfit/commands/run_options.h"
+#include "aberfit/commands/terminal_text.h"

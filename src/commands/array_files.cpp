@@ -39,9 +39,7 @@ std::vector<std::string> array_claims(ArrayFormat format) {
 }
 
 ResultClaim claim_of_arrays(const std::string& command, const RunOptions& options, ArrayFormat format) {
-  std::vector<std::string> files = array_claims(format);
-  files.insert(files.end(), {"summary.txt", "result.json"});
-  return claim_of(command, options, std::move(files));
+  return claim_of(command, options, array_claims(format));
 }
 
 void choose_arrays_directory(const Study& study, const RunOptions& options, const std::string& command,

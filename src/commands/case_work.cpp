@@ -15,7 +15,7 @@ namespace {
 RunOptions one_thread(const std::function<bool()>& interrupted) {
   RunOptions options;
   options.threads = 1;
-  options.plots = false;
+  options.pictures = PictureFormat::kNone;
   options.interrupted = interrupted;
   return options;
 }

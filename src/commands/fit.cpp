@@ -7,6 +7,7 @@
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/conclude.h"
 #include "aberfit/method/fit_as_asked.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
@@ -14,6 +15,7 @@
 #include "fit_files.h"
 #include "interrupt.h"
 #include "output_directory.h"
+#include "result_files.h"
 #include "terminal.h"
 #include "unused_parts.h"
 
@@ -62,12 +64,11 @@ void note_interruption(const RunOptions& options, FitOutcome* result) {
        "stopped by " + result->stopped_by + ": this is the best so far, not what the whole run would give"});
 }
 
-ResultDocument document(const Study& study, FitOutcome outcome, int threads) {
+ResultDocument document(const Study& study, FitOutcome outcome, const RunOptions& options) {
   ResultDocument result;
   static_cast<FitOutcome&>(result) = std::move(outcome);
   result.title = study.title;
-  result.provenance = make_provenance(study.fit.seed, threads);
-  result.provenance.libraries["ceres"] = solver_version();
+  result.provenance = provenance_of(study, options);
   return result;
 }
 
@@ -90,7 +91,7 @@ ResultDocument run_fit(const Study& given, const RunOptions& options) {
     if (rays_fell_short(run->of, attempt.result) && !context.stopped())
       attempt = fit_by_waves(study, context, std::move(attempt), &run);
     if (context.stopped()) note_interruption(options, &attempt.result);
-    ResultDocument result = document(study, std::move(attempt.result), context.threads);
+    ResultDocument result = document(study, std::move(attempt.result), options);
     const Warnings unused = unused_parts(study, "`aberfit solve`");
     result.warnings.insert(result.warnings.end(), unused.begin(), unused.end());
     if (!folder.wanted() || result.fit.status == FitStatus::kFailed) return result;
@@ -114,7 +115,7 @@ ExitCode fit_command(CommandLine line) {
   const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
   progress.clear();
   print(line, line.json ? to_json(result, resolved(study, result)) : nlohmann::ordered_json(),
-        summary_table(result, false));
+        page_of(result, false));
   if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
   say_where(line);
   if (result.interrupted) return ExitCode::kInterrupted;

@@ -3,12 +3,14 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "aberfit/report/documents.h"
 #include "aberfit/report/exports.h"
-#include "aberfit/report/plots.h"
+#include "aberfit/report/pictures.h"
 #include "aberfit/report/scatter_table.h"
 #include "aberfit/study/read_study.h"
 #include "array_files.h"
 #include "output_directory.h"
+#include "result_files.h"
 
 namespace aberfit {
 using namespace internal;
@@ -29,8 +31,8 @@ SurfaceOperator map_operator(const TermSet& terms, double radius, int threads) {
   return SurfaceOperator(terms, std::move(x), std::move(y), threads);
 }
 
-void draw(const Study& study, const Groundwork& ground, const RunOptions& options, const LightPath& focus,
-          ResultDocument* result) {
+std::vector<DrawnPicture> draw(const Study& study, const Groundwork& ground, const RunOptions& options,
+                               const LightPath& focus, ResultDocument* result) {
   const int threads = result->provenance.threads;
   const Eigen::VectorXd& coefficients = result->fit.coefficients;
   SurfaceField field;
@@ -41,9 +43,10 @@ void draw(const Study& study, const Groundwork& ground, const RunOptions& option
   const auto target = target_light(study, ground, focus.pupil, threads);
   const auto fitted = surface_light(focus, coefficients, threads);
   const SurfaceOperator map = map_operator(result->terms, ground.radius, threads);
-  write_plots({*result, study.mirror, study.aperture, focus.pupil, *ideal, target.get(), *fitted, field, map,
-               kMapSize, ground.core_sigma},
-              options.output_directory, &result->warnings);
+  return draw_pictures(
+      {*result, study.mirror, study.aperture, study.wavelength, ground.psd ? &*ground.psd : nullptr,
+       focus.pupil, *ideal, target.get(), *fitted, field, map, kMapSize, ground.core_sigma},
+      options.output_directory, wanted_pictures(options, &study), &result->warnings);
 }
 
 void write_fit_arrays(const Study& study, const Groundwork& ground, ArrayFormat format,
@@ -93,21 +96,20 @@ namespace internal {
 
 ResultClaim claim_of_fit(const Study& study, const RunOptions& options) {
   std::vector<std::string> files = array_claims(wanted_arrays(study, options));
-  for (const char* file :
-       {"coefficients.csv", "scatter.csv", "scatter_psd.csv", "summary.txt", "result.json"})
-    files.emplace_back(file);
+  for (const char* file : {"coefficients.csv", "scatter.csv", "scatter_psd.csv"}) files.emplace_back(file);
   for (const ExportFormat format : study.output.exports)
     files.push_back("exports/" + export_file_name(format));
-  return claim_of("fit", options, std::move(files), options.plots && study.output.plots,
-                  {"ee_", "ring_through", "focal_images", "surface", "profile", "coefficients", "gradients",
-                   "frontier", "character", "map_heights", "map_light"});
+  std::vector<std::string> pictures = fit_picture_names();
+  pictures.emplace_back("ee_targets");
+  return claim_of("fit", options, std::move(files), wanted_pictures(options, &study), pictures);
 }
 
 void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
                const LightPath& focus, ResultDocument* result) {
   // Who was asked to stop waits for no pictures.
-  if (options.plots && study.output.plots && !result->interrupted)
-    draw(study, ground, options, focus, result);
+  std::vector<DrawnPicture> drawn;
+  if (wanted_pictures(options, &study).format != PictureFormat::kNone && !result->interrupted)
+    drawn = draw(study, ground, options, focus, result);
   if (const ArrayFormat format = wanted_arrays(study, options); format != ArrayFormat::kNone)
     write_fit_arrays(study, ground, format, options.output_directory, focus, result);
   const std::string folder = options.output_directory + "/";
@@ -121,8 +123,10 @@ void write_fit(const Study& study, const Groundwork& ground, const RunOptions& o
       write_file(folder + "scatter_psd.csv", scatter_psd_csv(*scatter.rest, study.wavelength));
   }
   write_exports(study, folder + "exports/", result);
-  write_file(folder + "summary.txt", summary_table(*result, true));
-  write_file(folder + "result.json", to_json(*result, resolved(study, *result)).dump(2) + "\n");
+  const Page whole = page_of(*result, true);
+  write_result(options.output_directory, options,
+               {page_of(*result, false), to_json(*result, resolved(study, *result)), typed_study(study),
+                std::move(drawn), &whole});
 }
 
 }  // namespace internal

@@ -1,11 +1,16 @@
 #include "interrupt.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <ctime>
 #include <utility>
 
+#include "aberfit/commands/program.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 
@@ -62,8 +67,32 @@ TimeLimit::TimeLimit(const std::string& text) : text_(text) {
                      "a positive time with its unit (s, min, h), e.g. \"60 s\"");
 }
 
-bool TimeLimit::over() const {
-  return limit_.count() > 0 && std::chrono::steady_clock::now() - begin_ >= limit_;
+bool TimeLimit::over() const { return is_set() && std::chrono::steady_clock::now() >= end(); }
+
+std::chrono::steady_clock::time_point TimeLimit::end() const {
+  constexpr std::chrono::hours kLongest(24 * 365 * 100);  // more than that the clock cannot count
+  return begin_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                      std::min<std::chrono::duration<double>>(limit_, kLongest));
+}
+
+HardLimit::HardLimit(const std::string& text) : limit_(text) {
+  if (!limit_.is_set()) return;
+  watch_ = std::thread([this] {
+    std::unique_lock lock(mutex_);
+    if (done_.wait_until(lock, limit_.end(), [this] { return is_done_; })) return;
+    fmt::print(stderr, "aberfit: stopped by {}; nothing is written\n", limit_.text());
+    std::_Exit(int(ExitCode::kInterrupted));
+  });
+}
+
+HardLimit::~HardLimit() {
+  if (!watch_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    is_done_ = true;
+  }
+  done_.notify_one();
+  watch_.join();
 }
 
 }  // namespace aberfit::internal

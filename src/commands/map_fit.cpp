@@ -13,6 +13,7 @@
 #include "aberfit/study/read_study.h"
 #include "analytic_normals.h"
 #include "fit_files.h"
+#include "result_files.h"
 #include "unused_parts.h"
 
 namespace aberfit {
@@ -60,7 +61,8 @@ void end_if_asked(const RunContext& context) {
 }
 
 // Least squares of the map: everything but the light of what came.
-ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const RunContext& context) {
+ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const RunOptions& options,
+                          const RunContext& context) {
   ResultDocument result;
   static_cast<FitOutcome&>(result) = fit_map_terms(study, loaded.map, study.map->fit, context);
   result.title = study.title;
@@ -68,8 +70,7 @@ ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const Run
   const Warnings unused = unused_parts(study, "`aberfit solve`");
   result.warnings.insert(result.warnings.begin(), loaded.warnings.begin(), loaded.warnings.end());
   result.warnings.insert(result.warnings.begin(), unused.begin(), unused.end());
-  result.provenance = make_provenance(study.map->fit.seed, context.threads);
-  result.provenance.libraries["ceres"] = solver_version();
+  result.provenance = provenance_of(study, options);
   return result;
 }
 
@@ -98,7 +99,7 @@ ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const Run
   const PartBand band = part_band(study, terms, loaded.map);
   context.say("targets");
   const Layout layout = lay_out_part(study, terms, band, context.threads);
-  ResultDocument result = fitted_map(study, loaded, context);
+  ResultDocument result = fitted_map(study, loaded, options, context);
   if (result.fit.status == FitStatus::kFailed) return result;
   const FitCase of{study, layout.ground, layout.targets, context};
   judge_part(of, band, &result);
@@ -123,7 +124,7 @@ ResultDocument run_map_fit(const Study& given, const RunOptions& options) {
   end_if_asked(context);
   ResultDocument result = with_fields_of(study, [&] {
     if (study.psd) return judged_map(study, loaded, there, context);
-    ResultDocument terms = fitted_map(study, loaded, context);
+    ResultDocument terms = fitted_map(study, loaded, options, context);
     if (terms.fit.status != FitStatus::kFailed) describe_unjudged(study, loaded.map, there, context, &terms);
     return terms;
   });

@@ -5,6 +5,7 @@
 #include "aberfit/commands/program.h"
 #include "aberfit/commands/run_options.h"
 #include "aberfit/report/result_folder.h"
+#include "aberfit/study/study.h"
 
 namespace aberfit::internal {
 
@@ -15,9 +16,16 @@ std::string default_output_directory(const std::string& study_file, const std::s
 /// Sets the folder where none is named.
 void choose_output_directory(CommandLine* line, const std::string& command);
 
-/// What a command claims in its folder: `files`, and where pictures are drawn all below plots whose names
-/// begin as one of `pictures`.
+/// What a command claims in its folder: summary.txt, result.json and report.html, `files`,
+/// and where pictures are drawn all below plots whose names
+/// begin as one of `names`.
 ResultClaim claim_of(const std::string& command, const RunOptions& options, std::vector<std::string> files,
-                     bool plots = false, const std::vector<std::string>& pictures = {});
+                     const PictureOptions& pictures = {PictureFormat::kNone},
+                     const std::vector<std::string>& names = {});
+
+/// What the command line says of pictures, else the study, where there is one.
+PictureOptions wanted_pictures(const RunOptions& options, const Study* study = nullptr);
+/// Of its word, which has to be one of picture_format_names.
+PictureFormat picture_format(const std::string& word);
 
 }  // namespace aberfit::internal

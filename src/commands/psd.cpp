@@ -7,12 +7,15 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/measured_psd.h"
 #include "aberfit/study/read_study.h"
+#include "interrupt.h"
 #include "output_directory.h"
 #include "psd_options.h"
+#include "result_files.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -42,7 +45,7 @@ ordered_json psd_json(const PsdReport& report, const MeasuredPsd& measured) {
 // What is measured: a study's measurement, or files with the options of the command line.
 MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
   const std::string& first = line.measured_files.front();
-  if (first == "-" || std::filesystem::path(first).extension() == ".json") {
+  if (first == "-" || first.ends_with(".json") || first.ends_with(".jsonc")) {
     if (line.measured_files.size() > 1 || !line.psd_of_file.empty() || !line.psd_of_block.empty() ||
         line.keep_lines)
       throw InputError("command line", "", "options or further files beside a study",
@@ -59,8 +62,8 @@ MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
 }
 
 ResultClaim claim_of_psd(const RunOptions& options) {
-  return claim_of("psd", options, {"psd.csv", "bands.csv", "roughness.json", "summary.txt", "result.json"},
-                  options.plots, {"psd", "structure_function", "data"});
+  return claim_of("psd", options, {"psd.csv", "bands.csv", "roughness.json"}, wanted_pictures(options),
+                  {"psd", "structure_function", "data"});
 }
 
 }  // namespace
@@ -103,22 +106,24 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   report.warnings = measured.estimate.warnings;
   report.warnings.insert(report.warnings.end(), measured.result.warnings.begin(),
                          measured.result.warnings.end());
-  report.provenance = make_provenance(0, context_of(options).threads);
+  report.provenance = provenance_of(measured, options);
   if (results.wanted()) {
     const std::string folder = results.path() + "/";
-    if (options.plots) write_psd_plots(report, folder, &report.warnings);
+    auto drawn = draw_pictures(report, folder, wanted_pictures(options), &report.warnings);
     const ordered_json roughness = roughness_block(measured);
     write_file(folder + "psd.csv", psd_csv(report));
     write_file(folder + "bands.csv", bands_csv(report));
     write_file(folder + "roughness.json", roughness.dump(2) + "\n");
-    write_file(folder + "summary.txt", summary_table(report, roughness));
-    write_file(folder + "result.json", psd_json(report, measured).dump(2) + "\n");
+    const ordered_json document = psd_json(report, measured);
+    write_result(results.path(), options,
+                 {page_of(report, roughness), document, document["request"], std::move(drawn)});
     results.show();
   }
   return report;
 }
 
 ExitCode psd_command(CommandLine line) {
+  const HardLimit limit(line.time_limit);
   line.study_file = line.measured_files.front();
   ProgressLine progress(!line.quiet);
   if (progress.shown()) progress.show("measuring");
@@ -129,7 +134,7 @@ ExitCode psd_command(CommandLine line) {
   const MeasuredPsd measured = measured_by(line, &title);
   const PsdReport report = run_psd(measured, title, options);
   progress.clear();
-  print(line, psd_json(report, measured), summary_table(report, roughness_block(measured)));
+  print(line, psd_json(report, measured), page_of(report, roughness_block(measured)));
   say_where(line);
   return measured.result.status == PsdFitStatus::kConverged ? ExitCode::kDone : ExitCode::kNotMet;
 }

@@ -40,7 +40,7 @@ KnownFile of_kind(FileKind kind) {
 
 // A study has no key that the results and blocks beside it have. What is no JSON at all, its reader explains.
 KnownFile known_json(const std::string& text) {
-  const auto json = nlohmann::json::parse(text, nullptr, false);
+  const auto json = nlohmann::json::parse(text, nullptr, false, true);  // its reader judges comments
   if (!json.is_object()) return {};
   if (json.contains("FILE_FORMAT")) return {FileKind::kMeasurement, "dabam", false};
   if (const auto kind = json.find("kind");
@@ -73,7 +73,8 @@ KnownFile known_file(const std::string& path) {
   const std::string_view content = trimmed(text);
   if (content.empty()) return of_kind(FileKind::kEmpty);
   try {
-    if (content.front() != '{') return known_text(path, text);
+    const bool is_json = content.starts_with('{') || content.starts_with("//") || content.starts_with("/*");
+    if (!is_json) return known_text(path, text);
     const std::optional<std::string> whole = file_bytes(path);
     return whole ? known_json(utf8_text(*whole)) : KnownFile{};
   } catch (const std::exception&) {

@@ -9,6 +9,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/method/theory_values.h"
 #include "aberfit/report/ceilings_report.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/report/psd_of_focus_report.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/report/solve_report.h"
@@ -16,7 +17,9 @@
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/psd_numbers.h"
 #include "aberfit/study/read_study.h"
+#include "interrupt.h"
 #include "output_directory.h"
+#include "result_files.h"
 #include "solve_focus.h"
 #include "terminal.h"
 
@@ -27,23 +30,24 @@ namespace {
 
 // Of a Specification, of Ceilings or of a PsdOfFocus.
 template <typename Answer>
-nlohmann::ordered_json answer_json(const Answer& answer, const Study& study, int threads) {
-  return to_json(answer, resolved_study(study), make_provenance(study.fit.seed, threads));
+nlohmann::ordered_json answer_json(const Answer& answer, const Study& study, const RunOptions& options) {
+  return to_json(answer, resolved_study(study), provenance_of(study, options));
 }
 
 void require_block(const Study& study) {
   if (!study.solve)
-    throw InputError(
-        study.path, "/solve", "nothing",
-        "a block such as {\"for\": [\"/roughness/psd/rms\"], \"so_that\": {\"ee80_diameter\": \"<= "
-        "0.6 arcsec\"}}");
+    throw InputError(study.path, "/solve", kMissing,
+                     "`aberfit solve` needs a block such as \"solve\": {\"for\": [\"/roughness/psd/rms\"], "
+                     "\"so_that\": {\"ee80_diameter\": \"<= "
+                     "0.6 arcsec\"}}; `aberfit new budget` writes such a study");
 }
 
 // Both commands' pictures, table and document, beside what they have of their own.
 template <typename Answer>
-void write_answer(const Answer& answer, const Study& study, int threads, const std::string& to) {
-  write_file(to + "/summary.txt", summary_table(answer));
-  write_file(to + "/result.json", answer_json(answer, study, threads).dump(2) + "\n");
+void write_answer(const Answer& answer, const Study& study, const RunOptions& options, const std::string& to,
+                  std::vector<DrawnPicture> drawn) {
+  write_result(to, options,
+               {page_of(answer), answer_json(answer, study, options), typed_study(study), std::move(drawn)});
 }
 
 // Transfer functions multiply; slopes of turbulence have no variance.
@@ -53,11 +57,29 @@ void require_light_of_path(const Study& study) {
     throw FieldError("target.theory", to_string(theory), "\"auto\" or \"ghs\" beside solve.with");
 }
 
+// The part of a sum that a number belongs to: its name, or "part 2"; parts of parts one after the other.
+std::string part_of(const Study& study, const std::string& pointer) {
+  std::string part;
+  const RoughnessModel* node = study.roughness ? &*study.roughness : nullptr;
+  const std::string step = "/parts/";
+  for (std::size_t at = pointer.find(step); node && at != std::string::npos;
+       at = pointer.find(step, at + 1)) {
+    const auto* sum = std::get_if<RoughnessSum>(&node->model);
+    const std::size_t k = std::stoul(pointer.substr(at + step.size()));
+    node = sum && k < sum->parts.size() ? &sum->parts[k] : nullptr;
+    if (!node) break;
+    part = (node->name.empty() ? fmt::format("part {}", k + 1) : node->name) +
+           (part.empty() ? "" : " of " + part);
+  }
+  return part;
+}
+
 }  // namespace
 
 std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
   if (!study.psd)
-    throw InputError(study.path, "/roughness", "nothing", "a roughness block: its numbers are solved for");
+    throw InputError(study.path, "/roughness", kMissing,
+                     "`aberfit solve` needs a roughness block: its numbers are solved for");
   const std::vector<PsdNumber> numbers = psd_numbers(study);
   std::vector<std::string> known;
   for (const PsdNumber& number : numbers) known.push_back(number.pointer);
@@ -72,7 +94,7 @@ std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
                                      : fmt::format("a number of the roughness that the study has: {}",
                                                    fmt::join(known, ", ")));
     const PsdNumber& number = numbers[std::size_t(at - known.begin())];
-    unknowns.push_back({number.pointer, number.value, number.dimension});
+    unknowns.push_back({number.pointer, number.value, number.dimension, part_of(study, number.pointer)});
   }
   return unknowns;
 }
@@ -81,15 +103,17 @@ Specification run_solve(const Study& given, const RunOptions& options) {
   const Study study = completed(given);
   require_block(study);
   if (study.solve->budgets.empty())
-    throw InputError(study.path, "/solve/so_that", "nothing",
-                     "budgets that have to hold; a measured focus is for `aberfit solve` alone");
+    throw InputError(
+        study.path, "/solve/so_that", kMissing,
+        "the command needs budgets that have to hold; a measured focus is for `aberfit solve` alone");
   if (study.solve->unknowns.empty())
-    throw InputError(study.path, "/solve/for", "nothing",
-                     "one or two numbers of the roughness; ceilings are for `aberfit solve` alone");
+    throw InputError(
+        study.path, "/solve/for", kMissing,
+        "the command needs one or two numbers of the roughness; ceilings are for `aberfit solve` alone");
   const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
   ResultFolder folder(options.output_directory,
-                      claim_of("solve", options, {"contour.csv", "summary.txt", "result.json"},
-                               options.plots && study.output.plots, {"contour"}));
+                      claim_of("solve", options, {"contour.csv"}, wanted_pictures(options, &study),
+                               {"contour", "budget_light", "sensitivities"}));
   const RunContext context = context_of(options);
   if (options.progress) options.progress("solving");
   SolveOptions how;
@@ -97,12 +121,13 @@ Specification run_solve(const Study& given, const RunOptions& options) {
   how.confidence = study.solve->confidence.value_or(0);
   const StudyFamily own(study, study.solve->unknowns);
   const Contributors others = study.solve->with ? contributors(*study.solve->with) : Contributors{};
+  const TaskAt together = with_fields_of(study, [&] {
+    return others.empty() ? TaskAt(own) : with_contributors(own, others, study.solve->budgets);
+  });
   Specification spec = with_fields_of(study, [&] {
-    if (others.empty()) return solve_specification(own, unknowns, study.solve->budgets, how, context);
-    require_light_of_path(study);
-    Specification whole = solve_specification(with_contributors(own, others, study.solve->budgets), unknowns,
-                                              study.solve->budgets, how, context);
-    if (whole.status == SolveStatus::kSolved)
+    if (!others.empty()) require_light_of_path(study);
+    Specification whole = solve_specification(together, unknowns, study.solve->budgets, how, context);
+    if (!others.empty() && whole.status == SolveStatus::kSolved)
       whole.uses = uses_of_budget(own(whole.solutions.front().at), others, whole.budgets, context.threads);
     return whole;
   });
@@ -110,9 +135,13 @@ Specification run_solve(const Study& given, const RunOptions& options) {
   spec.warnings.insert(spec.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
   if (folder.wanted()) {
     const std::string to = folder.path();
-    if (options.plots && study.output.plots) write_solve_plots(spec, to, &spec.warnings);
+    std::vector<DrawnPicture> drawn;
+    if (const PictureOptions pictures = wanted_pictures(options, &study);
+        pictures.format != PictureFormat::kNone)
+      drawn =
+          draw_pictures(spec, budget_light(together, spec, context.threads), to, pictures, &spec.warnings);
     if (!spec.contour.points.empty()) write_file(to + "/contour.csv", contour_csv(spec));
-    write_answer(spec, study, context.threads, to);
+    write_answer(spec, study, options, to, std::move(drawn));
     folder.show();
   }
   return spec;
@@ -122,11 +151,10 @@ Ceilings run_ceilings(const Study& given, const RunOptions& options) {
   const Study study = completed(given);
   require_block(study);
   if (!study.solve->ceilings)
-    throw InputError(study.path, "/solve/ceilings", "nothing",
-                     "an object, e.g. {} or {\"f_max\": \"1 /mm\"}");
-  ResultFolder folder(options.output_directory,
-                      claim_of("solve", options, {"ceilings.csv", "summary.txt", "result.json"},
-                               options.plots && study.output.plots, {"ceilings"}));
+    throw InputError(study.path, "/solve/ceilings", kMissing,
+                     "the command needs an object, e.g. {} or {\"f_max\": \"1 /mm\"}");
+  ResultFolder folder(options.output_directory, claim_of("solve", options, {"ceilings.csv"},
+                                                         wanted_pictures(options, &study), {"ceilings"}));
   const RunContext context = context_of(options);
   if (options.progress) options.progress("ceilings");
   Ceilings ceilings = with_fields_of(
@@ -135,22 +163,23 @@ Ceilings run_ceilings(const Study& given, const RunOptions& options) {
   ceilings.warnings.insert(ceilings.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
   if (folder.wanted()) {
     const std::string to = folder.path();
-    if (options.plots && study.output.plots) write_ceilings_plots(ceilings, to, &ceilings.warnings);
+    auto drawn = draw_pictures(ceilings, to, wanted_pictures(options, &study), &ceilings.warnings);
     if (ceilings.reason.empty()) write_file(to + "/ceilings.csv", ceilings_csv(ceilings));
-    write_answer(ceilings, study, context.threads, to);
+    write_answer(ceilings, study, options, to, std::move(drawn));
     folder.show();
   }
   return ceilings;
 }
 
 ExitCode solve_command(CommandLine line) {
+  const HardLimit limit(line.time_limit);
   const Study study = read_study(line.study_file, line.changes);
   choose_output_directory(&line, "solve");
   ProgressLine progress(!line.quiet);
   const RunOptions options = run_options(line, &progress);
   const auto show = [&](const auto& answer, bool found) {
     progress.clear();
-    print(line, answer_json(answer, study, context_of(options).threads), summary_table(answer));
+    print(line, answer_json(answer, study, options), page_of(answer));
     say_where(line);
     return found ? ExitCode::kDone : ExitCode::kNotMet;
   };

@@ -4,6 +4,7 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/report/psd_of_focus_report.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/specify/contributors.h"
@@ -11,6 +12,7 @@
 #include "aberfit/study/psd_numbers.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
+#include "result_files.h"
 
 namespace aberfit {
 using namespace internal;
@@ -29,12 +31,11 @@ double in_the_plane(const std::optional<std::variant<std::string, double>>& exte
 PsdOfFocus run_psd_of_focus(const Study& given, const RunOptions& options) {
   const Study study = completed(given);
   if (!study.solve || !study.solve->focus)
-    throw InputError(study.path, "/solve/focus", "nothing",
-                     "an object such as {\"file\": \"ee.csv\"}: a measured focus");
+    throw InputError(study.path, "/solve/focus", kMissing,
+                     "the command needs an object such as {\"file\": \"ee.csv\"}: a measured focus");
   const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
   ResultFolder folder(options.output_directory,
-                      claim_of("solve", options, {"focus.csv", "summary.txt", "result.json"},
-                               options.plots && study.output.plots, {"focus"}));
+                      claim_of("solve", options, {"focus.csv"}, wanted_pictures(options, &study), {"focus"}));
   const RunContext context = context_of(options);
   MeasuredFocus focus = study.solve->focus->measured;
   focus.pixel = in_the_plane(study.solve->focus->pixel, study.mirror.focal_length);
@@ -54,13 +55,11 @@ PsdOfFocus run_psd_of_focus(const Study& given, const RunOptions& options) {
   result.warnings.insert(result.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
   if (folder.wanted()) {
     const std::string to = folder.path();
-    if (options.plots && study.output.plots) write_focus_plots(result, to, &result.warnings);
+    auto drawn = draw_pictures(result, to, wanted_pictures(options, &study), &result.warnings);
     write_file(to + "/focus.csv", focus_csv(result));
-    write_file(to + "/summary.txt", summary_table(result));
-    write_file(
-        to + "/result.json",
-        to_json(result, resolved_study(study), make_provenance(study.fit.seed, context.threads)).dump(2) +
-            "\n");
+    write_result(to, options,
+                 {page_of(result), to_json(result, resolved_study(study), provenance_of(study, options)),
+                  typed_study(study), std::move(drawn)});
     folder.show();
   }
   return result;

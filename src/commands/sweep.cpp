@@ -13,11 +13,13 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/read_study.h"
 #include "case_work.h"
 #include "interrupt.h"
 #include "output_directory.h"
+#include "result_files.h"
 #include "terminal.h"
 #include "unused_parts.h"
 
@@ -116,15 +118,13 @@ void run_part(const Sweep& sweep, Team* team, LocalQueue* queue, const RunOption
   }
 }
 
-nlohmann::ordered_json sweep_json(const SweepReport& report, const Study& study, int threads) {
-  return to_json(report, resolved_study(study), make_provenance(study.fit.seed, threads));
+nlohmann::ordered_json sweep_json(const SweepReport& report, const Study& study, const RunOptions& options) {
+  return to_json(report, resolved_study(study), provenance_of(study, options));
 }
 
-bool draws(const Study& study, const RunOptions& options) { return options.plots && study.output.plots; }
-
 ResultClaim claim_of_sweep(const Study& study, const RunOptions& options) {
-  return claim_of("sweep", options, {"cases.csv", "quantiles.csv", "summary.txt", "result.json"},
-                  draws(study, options), {"curve_", "map_", "contour_"});
+  return claim_of("sweep", options, {"cases.csv", "quantiles.csv"}, wanted_pictures(options, &study),
+                  {"curve_", "map_", "contour_"});
 }
 
 // Records are only added to, and results only put where nothing else is: known before a case is run.
@@ -145,11 +145,11 @@ SweepReport gather(Sweep* sweep, const RunOptions& options) {
   report.warnings.insert(report.warnings.end(), sweep->warnings.begin(), sweep->warnings.end());
   ResultFolder folder(options.output_directory, claim_of_sweep(study, options));
   const std::string to = folder.path();
-  if (draws(study, options)) write_sweep_plots(report, to, &report.warnings);
+  auto drawn = draw_pictures(report, to, wanted_pictures(options, &study), &report.warnings);
   write_file(to + "/cases.csv", cases_csv(report));
   if (report.has_seeds) write_file(to + "/quantiles.csv", quantiles_csv(report));
-  write_file(to + "/summary.txt", summary_table(report));
-  write_file(to + "/result.json", sweep_json(report, study, context_of(options).threads).dump(2) + "\n");
+  write_result(to, options,
+               {page_of(report), sweep_json(report, study, options), typed_study(study), std::move(drawn)});
   folder.show();
   return report;
 }
@@ -204,10 +204,8 @@ ExitCode sweep_command(CommandLine line) {
       run_sweep(cases, options, {line.shard, line.gather_only, line.retry_failed});
   progress.clear();
   if (!report) return ExitCode::kDone;
-  print(
-      line,
-      line.json ? sweep_json(*report, cases.study(), context_of(options).threads) : nlohmann::ordered_json(),
-      summary_table(*report));
+  print(line, line.json ? sweep_json(*report, cases.study(), options) : nlohmann::ordered_json(),
+        page_of(*report));
   say_where(line);
   if (ended && !report->is_complete()) return ExitCode::kInterrupted;
   return report->failed() > 0 ? ExitCode::kNotMet : ExitCode::kDone;

@@ -1,26 +1,29 @@
 #include "terminal.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 
+#include "aberfit/commands/terminal_text.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/text.h"
 #include "array_files.h"
+#include "output_directory.h"
 
 namespace aberfit::internal {
 namespace {
 
 constexpr std::chrono::seconds kBetweenLines{20};
 
+// How good the news of a headline are, by the word in capitals that it begins with.
 }  // namespace
 
-ProgressLine::ProgressLine(bool wanted) : shown_(wanted), terminal_(isatty(STDERR_FILENO) == 1) {}
+ProgressLine::ProgressLine(bool wanted) : shown_(wanted), rewrites_(takes_escapes(stderr)) {}
 
 void ProgressLine::show(const std::string& line) {
-  if (!terminal_) {
+  if (!rewrites_) {
     const auto now = std::chrono::steady_clock::now();
     if (now - logged_ < kBetweenLines) return;
     logged_ = now;
@@ -40,9 +43,10 @@ void ProgressLine::clear() {
 RunOptions run_options(const CommandLine& line, ProgressLine* progress) {
   RunOptions options;
   options.threads = line.threads;
-  options.plots = !line.no_plots;
+  if (!line.pictures.empty()) options.pictures = picture_format(line.pictures);
   options.output_directory = line.output_directory;
   options.force = line.force;
+  options.command_line = line.typed;
   if (!line.quiet)
     options.tell = [progress](const std::string& text) {
       progress->clear();
@@ -55,8 +59,10 @@ RunOptions run_options(const CommandLine& line, ProgressLine* progress) {
   return options;
 }
 
-void print(const CommandLine& line, const nlohmann::ordered_json& json, const std::string& table) {
-  std::string text = line.json ? json.dump(2) : table;
+void print(const CommandLine& line, const nlohmann::ordered_json& json, const Page& page) {
+  TextStyle style;
+  if (isatty(STDOUT_FILENO) == 1) style = {std::size_t(text_width()), takes_colour(stdout)};
+  std::string text = line.json ? json.dump(2) : text_of(page, style);
   if (!text.empty() && text.back() != '\n') text += '\n';
   // Flushed before anything goes to standard error, which may be the same file; a full disk is no success.
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)

@@ -5,11 +5,13 @@
 
 #include "aberfit/commands/program.h"
 #include "aberfit/commands/run_options.h"
+#include "aberfit/report/page.h"
 
 namespace aberfit::internal {
 
 /// On a terminal one line of standard error, rewritten in place and gone before anything else is printed; in
-/// a log a line now and then, where the work takes long.
+/// a log, or on a terminal without escape sequences (TERM=dumb), a line now and then where the work takes
+/// long.
 class ProgressLine {
  public:
   explicit ProgressLine(bool wanted);
@@ -22,7 +24,7 @@ class ProgressLine {
   void clear();
 
  private:
-  bool shown_, terminal_;
+  bool shown_, rewrites_;
   bool dirty_ = false;
   std::chrono::steady_clock::time_point logged_ = std::chrono::steady_clock::now();
 };
@@ -30,8 +32,8 @@ class ProgressLine {
 /// The options of the command line, with progress on `progress`, which must outlive them.
 RunOptions run_options(const CommandLine& line, ProgressLine* progress);
 
-/// Prints the JSON where the command line asks for it, else the table.
-void print(const CommandLine& line, const nlohmann::ordered_json& json, const std::string& table);
+/// Prints the JSON where the command line asks for it, else the page.
+void print(const CommandLine& line, const nlohmann::ordered_json& json, const Page& page);
 
 /// Says in which folder the results are, unless to be quiet.
 void say_where(const CommandLine& line);

@@ -1,10 +1,12 @@
 #include "aberfit/commands/run.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/report/result_folder.h"
-#include "aberfit/report/trace_report.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
 #include "array_files.h"
 #include "given_surface.h"
+#include "interrupt.h"
+#include "result_files.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -31,14 +33,16 @@ TraceReport run_trace(const Study& given, const RunOptions& options) {
   report.warnings.insert(report.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
   report.warnings.insert(report.warnings.end(), of_arrays.begin(), of_arrays.end());
   if (folder.wanted()) {
-    write_file(folder.path() + "/summary.txt", summary_table(report));
-    write_file(folder.path() + "/result.json", to_json(report, resolved_study(study)).dump(2) + "\n");
+    write_result(folder.path(), options,
+                 {page_of(report), to_json(report, resolved_study(study), provenance_of(study, options)),
+                  typed_study(study)});
     folder.show();
   }
   return report;
 }
 
 ExitCode trace_command(CommandLine line) {
+  const HardLimit limit(line.time_limit);
   const Study study = read_study(line.study_file, line.changes);
   ProgressLine progress(!line.quiet);
   RunOptions options = run_options(line, &progress);
@@ -46,7 +50,7 @@ ExitCode trace_command(CommandLine line) {
   options.output_directory = line.output_directory;
   const TraceReport report = run_trace(study, options);
   progress.clear();
-  print(line, to_json(report, resolved_study(study)), summary_table(report));
+  print(line, to_json(report, resolved_study(study), provenance_of(study, options)), page_of(report));
   if (wanted_arrays(study, options) != ArrayFormat::kNone) say_where(line);
   return ExitCode::kDone;
 }

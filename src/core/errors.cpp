@@ -7,8 +7,11 @@ std::string message(const std::string& file, const std::string& pointer, const s
                     const std::string& allowed) {
   std::string text = file;
   if (!pointer.empty()) text += (text.empty() ? "" : ": ") + pointer;
+  // For a missing item, `allowed` is a sentence about who needs what.
+  if (found == kMissing) return text + (text.empty() ? "" : ": ") + found + "; " + allowed;
   if (!found.empty()) text += (text.empty() ? "found " : ": found ") + found;
-  if (!allowed.empty()) text += (text.empty() ? "allowed: " : "; allowed: ") + allowed;
+  if (!text.empty() && !allowed.empty()) text += "; ";
+  if (!allowed.empty()) text += (allowed.starts_with("did you mean") ? "" : "allowed: ") + allowed;
   return text;
 }
 

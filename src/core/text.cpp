@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "aberfit/core/errors.h"
 
@@ -14,7 +15,7 @@ namespace {
 constexpr const char* kTextAllowed = "a text file (ASCII, UTF-8 or UTF-16)";
 constexpr std::size_t kLongestLine = std::size_t(1) << 24;
 
-// Every character from `first` to `last` moved by `shift`.
+// Shifts every character from `first` to `last` by `shift`.
 std::string shifted(std::string_view text, char first, char last, int shift) {
   std::string result(text);
   for (char& c : result)
@@ -24,7 +25,7 @@ std::string shifted(std::string_view text, char first, char last, int shift) {
 
 unsigned byte_at(std::string_view text, std::size_t at) { return static_cast<unsigned char>(text[at]); }
 
-// Bytes of the UTF-8 character that begins at `at`; 0 where none does.
+// Number of bytes of the UTF-8 character that begins at `at`; 0 if there is none.
 std::size_t utf8_length(std::string_view text, std::size_t at) {
   const unsigned first = byte_at(text, at);
   if (first < 0x80) return 1;
@@ -39,7 +40,7 @@ std::size_t utf8_length(std::string_view text, std::size_t at) {
   return length;
 }
 
-// Of a code below 2^16; the halves of a surrogate pair become '?'.
+// Appends a code below 2^16; the halves of a surrogate pair become '?'.
 void append_utf8(unsigned code, std::string* text) {
   if (code >= 0xd800 && code < 0xe000) code = '?';
   if (code < 0x80) {
@@ -58,7 +59,7 @@ struct Utf16 {
   bool found = false, big_endian = false;
 };
 
-// Without a mark the first two characters tell, which are of ASCII in a table of numbers.
+// Without a mark the first two characters decide; they are ASCII in a table of numbers.
 Utf16 utf16_of(std::string_view bytes) {
   if (bytes.starts_with("\xff\xfe")) return {true, false};
   if (bytes.starts_with("\xfe\xff")) return {true, true};
@@ -81,7 +82,7 @@ std::string from_utf16(std::string_view bytes, bool big_endian) {
   return text;
 }
 
-// Digits, one comma, digits, with the sign, decimals and exponent that a number may have.
+// True for digits, one comma, digits, with an optional sign, decimals and exponent.
 bool has_decimal_comma(std::string_view word) {
   const std::size_t comma = word.find(',');
   if (comma == std::string_view::npos || word.find(',', comma + 1) != std::string_view::npos) return false;
@@ -127,8 +128,7 @@ std::string with_plain_blanks(std::string_view line) {
 
 std::optional<std::string> decimal_comma(std::string_view line) {
   if (line.find(',') == std::string_view::npos) return std::nullopt;
-  // Between other separators one such cell is enough. Blanks stand beside commas that separate, too: there
-  // every word has to be such a number.
+  // With other separators one such column is enough; with blanks every word must be such a number.
   const bool separated = line.find_first_of(";\t\"") != std::string_view::npos;
   const std::vector<std::string_view> cells = words(line, separated ? ";\t\"" : kBlanks);
   if (!separated && cells.size() < 2) return std::nullopt;
@@ -178,6 +178,32 @@ std::vector<std::string_view> words(std::string_view text, std::string_view sepa
 std::string lower_case(std::string_view text) { return shifted(text, 'A', 'Z', 'a' - 'A'); }
 std::string upper_case(std::string_view text) { return shifted(text, 'a', 'z', 'A' - 'a'); }
 
+std::vector<std::string> near_words(std::string_view word, const std::vector<std::string>& candidates) {
+  const std::string wanted = lower_case(word);
+  std::vector<std::pair<std::size_t, std::string>> near;
+  for (const std::string& candidate : candidates) {
+    const std::string other = lower_case(candidate);
+    std::vector<std::size_t> row(other.size() + 1);
+    for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
+    for (std::size_t i = 1; i <= wanted.size(); ++i) {
+      std::size_t diagonal = row[0];
+      row[0] = i;
+      for (std::size_t j = 1; j < row.size(); ++j) {
+        const std::size_t replace = diagonal + (wanted[i - 1] != other[j - 1] ? 1 : 0);
+        diagonal = row[j];
+        row[j] = std::min({replace, row[j] + 1, row[j - 1] + 1});
+      }
+    }
+    const bool is_beginning = wanted.size() > 1 && other.starts_with(wanted);
+    if (is_beginning || row.back() <= std::max<std::size_t>(1, wanted.size() / 2))
+      near.emplace_back(is_beginning ? 1 : row.back(), candidate);
+  }
+  std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> names;
+  for (auto& [distance, name] : near) names.push_back(std::move(name));
+  return names;
+}
+
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::string shown = "'";
@@ -193,7 +219,7 @@ std::string in_quotes(std::string_view text) {
 
 std::optional<std::string> file_bytes(const std::string& path, std::uintmax_t most) {
   std::error_code problem;
-  // A device or a pipe has no size to bound what is read from it.
+  // A device or a pipe has no size that limits the reading.
   if (!std::filesystem::is_regular_file(path, problem)) return std::nullopt;
   std::ifstream file(path, std::ios::binary);
   const std::uintmax_t size = std::min(most, std::filesystem::file_size(path, problem));
@@ -230,7 +256,7 @@ std::optional<double> parse_finite(std::string_view text) {
 
 TextLines::TextLines(const std::string& path) : path_(path) {
   std::error_code error;
-  // A pipe could block and a folder opens without an error: only files.
+  // Only files: a pipe could block, and a folder opens without an error.
   if (!std::filesystem::is_regular_file(path, error))
     throw InputError(path, "", "no file", "the name of a file that can be read");
   unread_ = std::size_t(std::filesystem::file_size(path, error));
@@ -252,7 +278,7 @@ bool TextLines::fill() {
   };
   begin_ = 0;
   read(0);
-  // UTF-16 is decoded as a whole: such files are saved by spreadsheets and are small.
+  // UTF-16 is decoded as a whole: spreadsheets write such files, and they are small.
   if (first && utf16_of({buffer_.data(), end_}).found) {
     buffer_.resize(end_ + unread_);
     read(end_);
@@ -271,7 +297,7 @@ bool TextLines::next(std::string_view* line) {
       if (!any || line_.empty()) return false;
       break;
     }
-    // The LF of a CR LF whose CR ended the line before.
+    // Skips the LF of a CR LF whose CR ended the previous line.
     if (after_return_ && buffer_[begin_] == '\n') ++begin_;
     after_return_ = false;
     const auto first = buffer_.begin() + std::ptrdiff_t(begin_),

@@ -40,7 +40,7 @@ std::vector<Wanted> wanted_by(const StatisticRequest& request, const RingOf& rin
   if (name == "ring_profile") return profile(request, ring_of);
   std::vector<Wanted> wanted;
   const auto add = [&](const Statistic& statistic) {
-    wanted.push_back({statistic, request.value, request.standard_error, request.tolerance});
+    wanted.push_back({statistic, request.value, request.standard_error, request.tolerance, request.asked});
   };
   if (name == "ring_fwhm") add(ring_of_width(request));
   if (name == "scatter_rms") add(ScatterRms{});

@@ -24,8 +24,8 @@ using namespace internal;
 
 namespace {
 
-// Between the fitted fractions and planes, with a wider tolerance, guides of the fit. Without guides EE radii
-// halfway between the fitted ones stay up to 1.4 % off (worst of 91 over ten seeds of fits/paper-physical).
+// Middles between the fitted values, for guides with a wider tolerance. Without guides, EE radii halfway
+// between the fitted ones stay up to 1.4 % off (fits/paper-physical).
 template <std::size_t n>
 std::vector<double> middles_of(const double (&fitted)[n]) {
   std::vector<double> sorted(fitted, fitted + n), middles;
@@ -34,11 +34,11 @@ std::vector<double> middles_of(const double (&fitted)[n]) {
   return middles;
 }
 
-// Planes on both sides of the focus at multiples of a unit [m], as far out as they are looked at [m].
+// Planes on both sides of the focus at multiples of a unit [m], up to `reach` [m].
 struct Planes {
   double unit, reach = 0;
 
-  // Rounded so that their names are short: to 1 um, in a shallow focus to 5 % of their unit or less.
+  // Rounds to short names: to 1 um, in a shallow focus to 5 % of the unit or less.
   double at(double units) const {
     const double step = std::min(1e-6, std::pow(10.0, std::floor(std::log10(unit / 20))));
     return units == 0 ? 0 : step * std::round(units * unit / step);
@@ -56,18 +56,18 @@ bool in_halo(const Groundwork& ground, double fraction) {
          ground.mean_spot->encircled_energy_radius(fraction, 0) > law::kHalo * ground.core_sigma;
 }
 
-// The light through a ring falls to half some depths of focus out, where a deep focus has no planes.
+// The energy in a ring falls to half some depths of focus away, where a deep focus has no planes.
 bool has_ring(const Groundwork& ground, double fraction) {
   return !ground.is_deep() && !ground.is_band && !in_halo(ground, fraction);
 }
 
-// Where few modes carry the roughness, the mean light of such mirrors is no mirror's of their mean height:
-// light is not linear in the height's square (Jensen), and one surface of few modes has no room for both.
+// For a roughness of few modes, the mean irradiance is not that of a mirror with the mean height: irradiance
+// is not linear in the squared height (Jensen). One surface of few modes cannot meet both.
 bool has_few_modes(const Groundwork& ground) {
   return ground.numbers.n_eff > 0 && ground.numbers.n_eff < law::kFewModes;
 }
 
-// Of default statistics moments of the surface are left out, asked ones are kept and minded.
+// Default statistics leave out the moments of the surface; requested moments stay, with a warning.
 void warn_of_few_modes(const Groundwork& ground, bool default_set, TargetSets* sets) {
   if (!has_few_modes(ground)) return;
   const auto& fitted = sets->fitted;
@@ -90,10 +90,10 @@ Planes default_planes(const Groundwork& ground) {
   return planes;
 }
 
-// Of statistics that are asked by name: to the first plane of the natural unit at or beyond theirs, so that
-// guides lie around them; those of the default where that has all. Where cells hold the default planes, the
-// natural unit may want ten times as many: to the farthest that is asked and no farther. The planes of a ring
-// are not known yet.
+// Planes for named statistics. They extend to the first multiple of the natural unit at or beyond the
+// farthest named plane, so that guides lie around it; the default planes are used where they suffice. Where
+// grid cells limit the default planes, the planes end at the farthest named one, because the natural unit may
+// be ten times larger. The planes of a ring are not known yet.
 Planes planes_around(const std::vector<Wanted>& wanted, const Groundwork& ground) {
   double asked = 0;
   for (const Wanted& one : wanted)
@@ -144,7 +144,7 @@ std::vector<Wanted> requested_statistics(const Task& task, const Groundwork& gro
   return wanted;
 }
 
-// An aperture passes no frequency of the image above D/(lambda f).
+// An aperture transmits no image frequency above D/(lambda f).
 void check_frequencies(const Task& task, const Groundwork& ground, const std::vector<Wanted>& wanted) {
   const double cutoff = 2 * ground.radius / (task.wavelength * ground.focal_length);
   for (const Wanted& one : wanted)
@@ -155,23 +155,23 @@ void check_frequencies(const Task& task, const Groundwork& ground, const std::ve
                                    format_quantity(cutoff, Dimension::kSpatialFrequency)));
 }
 
-// By rays. Waves have guides of their own: light_guides.
+// Guides by rays. Waves have guides of their own, see light_guides.
 std::vector<Statistic> guide_statistics(const Groundwork& ground, const Planes& planes) {
   std::vector<Statistic> guides;
   if (ground.use.model == FocusModel::kWaves && ground.mean_spot) {
-    // Nothing in a diffracted focus ties the mean of the slopes.
+    // No other statistic of a diffracted focus constrains the mean of the slopes.
     if (!has_few_modes(ground)) guides.push_back(ScatterMean{});
     return guides;
   }
   std::vector<double> between = middles_of(law::kFittedPlanes), shares = middles_of(law::kFittedShares);
   between.push_back(0);
-  shares.pop_back();  // beyond 90 % of the light rings hold too many rays to vary
+  shares.pop_back();  // beyond 90 % of the energy rings hold too many rays to vary
   for (const double units : between)
     for (const double share : shares) guides.push_back(EncircledEnergyRadius{share, planes.at(units)});
   return guides;
 }
 
-// known: what is fitted or guides the fit, which cannot be held out as well.
+// known: fitted statistics and guides, which cannot be held out as well.
 std::vector<Statistic> held_out_statistics(const Groundwork& ground, const Planes& planes,
                                            const std::vector<Statistic>& known) {
   std::vector<Statistic> held_out;
@@ -194,7 +194,7 @@ struct Predicted {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of the errors
 };
 
-// By closed form; theory `rays` has the same curve in the mean.
+// The slopes come from the closed form; theory `rays` has the same curve in the mean.
 Eigen::VectorXd geometric_curve_slopes(const GeometricHarveyShack& theory,
                                        const std::vector<Statistic>& statistics, int threads) {
   Eigen::VectorXd slopes = Eigen::VectorXd::Constant(Eigen::Index(statistics.size()), kNaN);
@@ -218,7 +218,7 @@ Predicted predict_by_rays(const Task& task, const Groundwork& ground,
     const RayBundle nominal = trace_nominal(task.mirror, pupil);
     const RayBundle rays =
         trace_perturbed(task.mirror, pupil, ground.numbers.rms_slope_per_axis, task.target.convention, seed);
-    // A ray model has no surface: its height is the specification's.
+    // A ray model has no surface, so its height is that of the specification.
     const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(rays.size());
     values.col(Eigen::Index(b)) =
         evaluate_exact({rays, nominal, no_height, task.trace.centre}, statistics, 1);
@@ -252,7 +252,6 @@ Predicted predict(const Task& task, const Groundwork& ground, const std::vector<
   return predicted;
 }
 
-// Where all values are given, all that is left to predict.
 Predicted predict_curves(const Groundwork& ground, const std::vector<Statistic>& statistics, int threads) {
   Predicted predicted;
   if (!ground.mean_spot) {
@@ -283,8 +282,8 @@ Predicted predict_curves(const Groundwork& ground, const std::vector<Statistic>&
                                  : "rms and f_max of the roughness"));
 }
 
-// Of the theory's curve, scaled to the target's radius where that is given: r dE/dr does not change by it.
-// Without a theory that of a Gaussian spot.
+// r dE/dr of the theory's curve. A given radius only scales the curve, which does not change r dE/dr. Without
+// a theory, the curve is that of a Gaussian spot.
 std::optional<double> curve_slope_of(const Statistic& statistic, const Predicted& predicted, Eigen::Index k) {
   const auto* ee = std::get_if<EncircledEnergyRadius>(&statistic);
   if (!ee) return std::nullopt;
@@ -293,9 +292,8 @@ std::optional<double> curve_slope_of(const Statistic& statistic, const Predicted
   return std::isfinite(slope) ? slope : 0;
 }
 
-// No surface brings more light of this wavelength into a circle than the parabola brings into the Airy
-// pattern of its aperture, but for a percent or two that aberrations of a fraction of a wave may take from
-// the rings.
+// No surface gives a smaller encircled-energy radius than the Airy pattern of the parabola at this
+// wavelength. Aberrations of a fraction of a wave may reduce it by a percent or two.
 void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std::vector<Wanted>& wanted,
                           TargetSets* sets) {
   if (!ground.use.light_decides) return;
@@ -305,7 +303,7 @@ void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std:
     const auto* ee = std::get_if<EncircledEnergyRadius>(&one.statistic);
     if (!ee || !one.value) continue;
     if (!perfect) {
-      const double highest = 1 / ground.radius;  // of a roughness that is none
+      const double highest = 1 / ground.radius;  // of the perfect mirror
       perfect.emplace(
           RadialPsd(UniformPsd{law::kSmoothG / (4 * kPi) * task.wavelength, 0.5 * highest, highest}),
           Mirror{.focal_length = task.mirror.focal_length}, task.aperture, task.wavelength);
@@ -322,7 +320,7 @@ void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std:
                                         fmt::join(sharp, ", "))});
 }
 
-// Why planes by default end where they do, as a clause; empty where a warning of its own says it.
+// Returns why the default planes end where they do, as a clause; empty where another warning explains it.
 std::string why_no_farther(const Groundwork& ground) {
   if (ground.default_unit() < ground.plane_unit())
     return fmt::format(", beyond which light by waves takes more than {} cells across", law::kMostCells);
@@ -340,9 +338,8 @@ void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* set
            format_quantity(reach, Dimension::kLength), why_no_farther(ground))});
 }
 
-// Rings that are not asked for by name: those whose light falls to half beyond the planes that are looked at
-// of a spot without a core, or where light by waves takes too many cells across to see the cone of light
-// turn.
+// Removes default rings that cannot be computed: without a core, their irradiance falls to half beyond the
+// default planes; with one, a grid by waves would need too many cells across to sample the cone of rays.
 void leave_out_rings(const Task& task, const Groundwork& ground, double reach, bool default_set,
                      TargetSets* sets) {
   if (ground.use.model != FocusModel::kWaves) return;
@@ -384,6 +381,12 @@ std::vector<Target> all_targets(const TargetSets& targets) {
   return all;
 }
 
+std::vector<Statistic> statistics_of(const std::vector<Wanted>& wanted) {
+  std::vector<Statistic> statistics;
+  for (const Wanted& one : wanted) statistics.push_back(one.statistic);
+  return statistics;
+}
+
 TargetSets make_targets(const Task& task, const Groundwork& ground, int threads) {
   const bool default_set = task.target.statistics.empty();
   const std::vector<Wanted> wanted =
@@ -396,8 +399,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   if (!all_given && !ground.theory)
     throw FieldError("target.statistics", "a statistic without value",
                      "a value for each, or a roughness block to predict them");
-  std::vector<Statistic> statistics, guides, held_out;
-  for (const Wanted& w : wanted) statistics.push_back(w.statistic);
+  std::vector<Statistic> statistics = statistics_of(wanted), guides, held_out;
   if (ground.use.model != FocusModel::kRays) refuse_without_rays(to_string(ground.use.model), statistics);
   if (ground.mean_spot && !all_given) refuse_without_rays(to_string(ground.use.theory), statistics);
   const Planes planes = default_set ? default_planes(ground) : planes_around(wanted, ground);
@@ -412,8 +414,8 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
         all_given ? predict_curves(ground, statistics, threads) : predict(task, ground, statistics, threads);
 
   TargetSets sets;
-  const bool waves = ground.use.model == FocusModel::kWaves;
   std::vector<std::string> without_value;
+  const bool waves = ground.use.model == FocusModel::kWaves;
   sets.theory = all_given ? "given" : to_string(ground.use.theory);
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     Target target;
@@ -429,11 +431,12 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     }
     if (!std::isfinite(target.value)) refuse_without_focus(statistic_name(statistics[k]), ground);
     if (k < wanted.size()) {
+      target.asked = wanted[k].asked;
       const bool of_share = kind_of(statistics[k]).dimension == Dimension::kFraction;
       target.tolerance = wanted[k].tolerance * (of_share ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);
     } else if (k < wanted.size() + guides.size()) {
-      // By rays the curve moves ray by ray between its targets, so its guides are held closer, at any margin.
+      // By rays the curve varies ray by ray between targets, so guides have a closer tolerance at any margin.
       const double margin = waves ? task.equivalence.margin : law::kShareOfMargin * EquivalenceSpec{}.margin;
       target.tolerance = law::kGuideShareOfMargin * margin * std::abs(target.value);
       sets.guides.push_back(target);

@@ -8,13 +8,11 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
-#include "aberfit/focus/counted_ring_width.h"
 #include "aberfit/method/constants.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/theory/ray_perturbation.h"
 #include "task_surface.h"
-#include "verify_branches.h"
 #include "verify_ensemble.h"
 
 namespace aberfit {
@@ -22,7 +20,7 @@ using namespace internal;
 
 namespace {
 
-// EE at focus, ring widths, angles and spot: what both branches can be asked for.
+// Statistics that both branches have: EE at focus, ring widths, angles and spot.
 std::vector<Statistic> branch_statistics(const Groundwork& ground) {
   std::vector<Statistic> statistics;
   for (const double fraction : {0.2, 0.5, 0.8, 0.9, 0.95})
@@ -38,62 +36,24 @@ std::vector<Statistic> branch_statistics(const Groundwork& ground) {
   return statistics;
 }
 
-void add_scene_quantities(const Groundwork& ground, const Task& task, Quantities* quantities) {
-  const SceneNumbers& scene = ground.numbers;
-  Quantities& q = *quantities;
-  q["scene.focal_length_m"] = task.mirror.focal_length;
-  q["scene.conic"] = task.mirror.conic;
-  q["scene.aperture_diameter_m"] = 2 * ground.radius;
-  q["scene.wavelength_m"] = task.wavelength;
-  q["scene.rays"] = double(rays_of(task.trace.pupil));
-  q["scene.f_min_per_m"] = ground.psd->f_min();
-  q["scene.f_max_per_m"] = ground.psd->f_max();
-  q["scene.airy_ee90_m"] = scene.airy_ee90;
-  q["scene.rms_height_m"] = scene.rms_height;
-  q["scene.rms_slope_per_axis"] = scene.rms_slope_per_axis;
-  q["scene.rms_slope_total"] = scene.rms_slope_per_axis * std::sqrt(2.0);
-  q["scene.correlation_length_m"] = scene.correlation_length;
-  q["scene.n_eff"] = scene.n_eff;
-  q["scene.g"] = scene.g;
-  q["scene.kappa"] = scene.kappa;
-  q["scene.tis"] = scene.tis;
-  q["scene.paper_ratio_r"] = scene.paper_ratio_r;
-}
-
-void add_ideal_quantities(const RayBundle& nominal, Quantities* quantities) {
-  const Eigen::ArrayXd no_height;
-  (*quantities)["ideal.ring_radius_m"] = kIdealRing;
-  (*quantities)["ideal.ring_fwhm_m"] =
-      evaluate_exact({nominal, nominal, no_height, Centre::kNominal}, {RingFwhm{0.9, kIdealRing}}, 1)[0];
-  (*quantities)["ideal.ring_fwhm_counted_m"] = counted_ring_width(nominal, kIdealRing, 1e-4, 2e-2);
-  (*quantities)["ideal.ee90_radius_m"] =
-      evaluate_exact({nominal, nominal, no_height, Centre::kNominal}, {EncircledEnergyRadius{}}, 1)[0];
-}
-
-// field: empty for perturbed rays.
-Branch branch_of(const Task& task, const RayBundle& nominal, RayBundle rays, SurfaceField field,
-                 const std::vector<Statistic>& statistics, int threads) {
-  Branch branch{std::move(rays), std::move(field), {}};
-  branch.statistics =
-      evaluate_exact({branch.rays, nominal, branch.field.height, task.trace.centre}, statistics, threads);
-  return branch;
-}
-
-// A given surface as it is, on the pupil of the task: what is uncertain is the sampling of both branches.
-void compare_given(const Task& task, const std::vector<Statistic>& statistics, const Branch& harvey_shack,
-                   const Branch& terms, VerifyReport* report) {
+// Compares a given surface on the pupil of the task; the uncertainty is the sampling of both branches.
+void compare_given(const Task& task, const std::vector<Statistic>& statistics, const VerifyRays& shown,
+                   int threads, VerifyReport* report) {
+  const auto values_of = [&](const RayBundle& rays) {
+    return evaluate_exact({rays, shown.nominal, shown.field.height, task.trace.centre}, statistics, threads);
+  };
+  const Eigen::VectorXd harvey_shack = values_of(shown.harvey_shack), terms = values_of(shown.terms);
   const double sampling =
       0.51e-2 * std::sqrt(15000.0 / double(report->rays));  // PHYSICS 2, ee90 of random rays
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto at = Eigen::Index(k);
-    report->metrics.push_back(tost(statistic_name(statistics[k]), false, harvey_shack.statistics[at],
-                                   sampling * harvey_shack.statistics[at], terms.statistics[at],
-                                   sampling * terms.statistics[at], task.equivalence.margin,
-                                   task.equivalence.confidence));
+    report->metrics.push_back(tost(statistic_name(statistics[k]), false, harvey_shack[at],
+                                   sampling * harvey_shack[at], terms[at], sampling * terms[at],
+                                   task.equivalence.margin, task.equivalence.confidence));
   }
 }
 
-// The mean light of draws against that of as many perturbed rays.
+// Compares the mean irradiance of the realisations with that of as many perturbed rays.
 void compare_means(const Ensemble& ensemble, const Groundwork& ground,
                    const std::vector<Statistic>& statistics, int threads, VerifyReport* report) {
   const Task& task = ensemble.task;
@@ -102,13 +62,14 @@ void compare_means(const Ensemble& ensemble, const Groundwork& ground,
                                                        ensemble.draws, statistics, threads);
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto at = Eigen::Index(k);
-    report->metrics.push_back(tost_of_groups(statistic_name(statistics[k]), rays.value[at],
-                                             rays.standard_error[at], terms.value[at],
-                                             terms.standard_error[at], task.equivalence));
+    report->metrics.push_back(tost(statistic_name(statistics[k]), false, rays.value[at],
+                                   rays.standard_error[at], terms.value[at], terms.standard_error[at],
+                                   task.equivalence.margin, task.equivalence.confidence,
+                                   {kGroupFreedom, kGroupFreedom}));
   }
 }
 
-// Rays decide where the task says so: by their theory, or by a convention that only rays have.
+// Rays decide where the task names their theory, or a convention that only rays have.
 bool asks_for_rays(const Task& task) {
   return task.target.convention == Convention::kPaper || task.target.theory == Theory::kGeometric ||
          task.target.theory == Theory::kRays;
@@ -118,27 +79,13 @@ void decide(const Task& task, const Groundwork& ground, VerifyReport* report) {
   report->rays_verdict = overall(report->metrics);
   report->rays_decide = asks_for_rays(task) || !report->light_obstacle.empty();
   report->verdict = report->rays_decide ? report->rays_verdict : report->light_verdict;
-  // Light would decide, and is not there: agreement of rays says nothing where they are the wrong model.
+  // Without wave optics, agreement by rays proves nothing where they are the wrong model.
   if (report->rays_decide && !asks_for_rays(task) && ground.use.choice->model != FocusModel::kRays &&
       report->verdict == Verdict::kEquivalent)
     report->verdict = Verdict::kUndecided;
 }
 
-void add_statistic_quantities(const VerifyReport& report, Quantities* quantities) {
-  Quantities& q = *quantities;
-  for (std::size_t k = 0; k < report.metrics.size(); ++k) {
-    const EquivalenceMetric& metric = report.metrics[k];
-    q["theory." + metric.name] = report.theory[k];
-    q["harvey_shack." + metric.name] = metric.target;
-    q["aberration_terms." + metric.name] = metric.model;
-  }
-  for (const EquivalenceMetric& metric : report.light) {
-    q["ghs." + metric.name] = metric.target;
-    q["waves." + metric.name] = metric.model;
-  }
-}
-
-// How far mirrors differ in what is compared, in light.
+// Spread of single mirrors in the compared statistics, by wave optics.
 MirrorSpread spread_of_branches(const Task& task, const Groundwork& ground,
                                 const std::vector<Statistic>& statistics, int threads) {
   if (!ground.use.obstacle.empty()) return {};
@@ -154,19 +101,18 @@ MirrorSpread spread_of_branches(const Task& task, const Groundwork& ground,
       if (std::isfinite(target.value)) targets.fitted.push_back(target);
     }
     return mirror_spread(task, ground, targets, threads);
-  } catch (const ComputationError&) {  // compare_in_light says why there is no light
+  } catch (const ComputationError&) {  // compare_in_light gives the reason
     return {};
   }
 }
 
-// Of the worst statistic; without light that of the RMS slope, which rays turn by: its square is the mean of
-// N_eff independent ones.
+// Spread of the worst statistic; without wave optics of the RMS slope, whose square is a mean of N_eff.
 double spread_in_margins(const SceneFacts& scene, const EquivalenceSpec& test) {
   if (const StatisticSpread* worst = scene.spread.worst()) return worst->tolerances;
   return scene.numbers.n_eff > 0 ? std::sqrt(0.5 / scene.numbers.n_eff) / test.margin : kNaN;
 }
 
-// Surfaces whose terms end before the roughness does are of another one, however many are drawn.
+// Surfaces whose terms end below the band represent another roughness, however large the ensemble is.
 std::optional<Warning> warn_of_missing_terms(const Groundwork& ground, const TermPlan& plan) {
   if (plan.terms.zernike.empty() || !plan.terms.fourier.empty()) return std::nullopt;
   const int order = plan.terms.zernike.back().n,
@@ -221,62 +167,48 @@ Deflections deflections_of(const RayBundle& rays, const RayBundle& nominal) {
   return d;
 }
 
-VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optional<GivenSurface>& given,
+VerifyReport verify(const Task& task, std::optional<int> draws, const std::optional<GivenSurface>& given,
                     int threads) {
   assert(task.psd);
   const Groundwork ground = lay_groundwork(task);
   const PupilSample pupil = make_pupil(task.aperture, task.trace.pupil);
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   const std::vector<Statistic> statistics = branch_statistics(ground);
-  const Branch harvey_shack = branch_of(task, nominal,
-                                        trace_perturbed(task.mirror, pupil, ground.numbers.rms_slope_per_axis,
-                                                        task.target.convention, task.trace.pupil.seed),
-                                        {}, statistics, threads);
   const TermPlan plan = given ? TermPlan{} : plan_terms(task, ground, task.terms);
   const GivenSurface surface =
       given ? *given
             : GivenSurface{plan.terms, plan.prior.colour(draw_white(plan.terms.size(), task.fit.seed))};
   SurfaceField field = surface_field(task, pupil, surface, threads);
-  RayBundle rays = trace(task.mirror, pupil, field);
-  const Branch terms = branch_of(task, nominal, std::move(rays), std::move(field), statistics, threads);
+  RayBundle terms = trace(task.mirror, pupil, field);
+  RayBundle harvey_shack = trace_perturbed(task.mirror, pupil, ground.numbers.rms_slope_per_axis,
+                                           task.target.convention, task.trace.pupil.seed);
 
   VerifyReport report;
+  report.shown = std::make_shared<VerifyRays>(
+      VerifyRays{pupil, nominal, std::move(harvey_shack), std::move(terms), std::move(field), surface});
   report.convention = task.target.convention;
   report.rays = pupil.size();
   report.margin = task.equivalence.margin;
   report.scene = scene_facts(ground, to_string(Theory::kRays));
   report.scene.model = to_string(FocusModel::kRays);
   report.scene.spread = spread_of_branches(task, ground, statistics, threads);
-  // The closed form has the part of the mirror that is of revolution: nothing to show for another one.
+  // The closed form covers rotationally symmetric mirrors only; others have no value to show.
   for (const Statistic& statistic : statistics)
     report.theory.push_back(is_rotationally_symmetric(task.mirror) ? (*ground.theory)(statistic)
                                                                    : std::nan(""));
   const int law = ensemble_draws(spread_in_margins(report.scene, task.equivalence));
-  const int asked = (aside.draws.value_or(law) + law::kGroups - 1) / law::kGroups * law::kGroups;
+  const int asked = (draws.value_or(law) + law::kGroups - 1) / law::kGroups * law::kGroups;
   report.draws = given ? 0 : asked;
   const Ensemble ensemble{task, surface.terms, plan.prior, report.draws};
   if (given)
-    compare_given(task, statistics, harvey_shack, terms, &report);
+    compare_given(task, statistics, *report.shown, threads, &report);
   else
     compare_means(ensemble, ground, statistics, threads, &report);
   compare_in_light(ensemble, ground, given, statistics, threads, &report);
   decide(task, ground, &report);
 
-  Quantities& quantities = report.quantities;
-  add_statistic_quantities(report, &quantities);
-  add_scene_quantities(ground, task, &quantities);
-  add_ideal_quantities(nominal, &quantities);
-  add_paper_quantities("harvey_shack", task, ground, pupil, nominal, harvey_shack, &quantities);
-  add_paper_quantities("aberration_terms", task, ground, pupil, nominal, terms, &quantities);
-  auto shown = std::make_shared<VerifyRays>(
-      VerifyRays{pupil, nominal, harvey_shack.rays, terms.rays, terms.field, surface, {}});
-  if (aside.published_phase)
-    shown->published_modes =
-        add_published_phase(task, *aside.published_phase, pupil, nominal, threads, &quantities);
-  if (aside.independent_terms) add_independent_terms(task, *aside.independent_terms, threads, &quantities);
-  report.shown = std::move(shown);
   report.warnings = verify_warnings(ground, plan, report);
-  if (const auto differences = central_difference_warning(task, pupil, surface, terms.field, threads))
+  if (const auto differences = central_difference_warning(task, pupil, surface, report.shown->field, threads))
     report.warnings.push_back(*differences);
   return report;
 }

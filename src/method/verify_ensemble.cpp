@@ -18,7 +18,7 @@ using namespace internal;
 
 namespace {
 
-// Rays of many draws one behind the other, with the directions of their nominal rays.
+// Rays of many realisations in sequence, with the directions of their nominal rays.
 struct Gathered {
   RayBundle rays, nominal;
 
@@ -43,10 +43,9 @@ Eigen::VectorXd statistics_of(const Gathered& light, Centre centre, const std::v
   return evaluate_exact({light.rays, light.nominal, kNoHeight, centre}, statistics, threads);
 }
 
-// Draws share the pupil of their group, so that law::kGroups times as many points see the aperture; what one
-// draw misses between its points is noise that the mean over draws averages.
-// Mean over all and its standard error from groups that are each evaluated alone. `light` fills the rays of
-// a group from the given place on.
+// Mean over all realisations, and its standard error from groups evaluated separately. `light` fills the rays
+// of a group from an index on. A group shares its pupil, so that law::kGroups pupils sample the aperture; the
+// sampling error of one realisation is noise that the mean averages.
 template <typename Light>
 EnsembleMean mean_of_groups(const Task& task, int draws, const std::vector<Statistic>& statistics,
                             int threads, const Light& light) {
@@ -73,44 +72,44 @@ Eigen::VectorXd drawn(const Ensemble& ensemble, std::uint64_t draw) {
   return ensemble.prior.colour(draw_white(ensemble.prior.size(), seed));
 }
 
-// A share of light that a metric is made of: theory's value, and the metric once the truth is known.
+// The parts of a wave-optics metric: the value of theory, and the energy fractions to compute.
 struct LightRow {
-  std::string name;
-  double fraction = 0, radius = 0, slope = 0;  // of an EE radius
-  double width = 0;                            // of the ring, by theory
-  double rise = 0, fall = 0;                   // |dN/dz| at its two ends over N at its peak [1/m]
-  std::vector<std::size_t> shares;  // which of the shares asked for: one, or below, in and above the peak
+  Target target;
+  std::vector<std::size_t> shares;  // indices: one, or for a ring those below, in and above its peak
+  double rise = 0, fall = 0;        // of a ring: |dN/dz| at its two ends over N at its peak [1/m]
 };
 struct LightPlan {
   std::vector<LightRow> rows;
   std::vector<Statistic> shares;
-  std::vector<Target> extent;  // for the pitch of the grid
 
   std::size_t add(double radius, double dz) {
     shares.push_back(RingThrough{radius, dz});
     return shares.size() - 1;
+  }
+  std::vector<Target> targets() const {
+    std::vector<Target> all;
+    for (const LightRow& row : rows) all.push_back(row.target);
+    return all;
   }
 };
 
 LightPlan plan_light(const GeneralisedHarveyShack& ghs, const std::vector<Statistic>& statistics) {
   LightPlan plan;
   for (const Statistic& statistic : statistics) {
-    LightRow row{statistic_name(statistic), 0, 0, 0, 0, 0, 0, {}};
+    LightRow row{{statistic}, {}};
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&statistic)) {
       const MeanSpot spot = ghs.at_plane(ee->dz);
-      row.fraction = ee->fraction;
-      row.radius = spot.encircled_energy_radius(ee->fraction);
-      if (!std::isfinite(row.radius)) continue;
-      row.slope = spot.encircled_energy_slope(row.radius);
-      row.shares = {plan.add(row.radius, ee->dz)};
-      plan.extent.push_back({statistic, row.radius, 0, 0});
+      const double radius = row.target.value = spot.encircled_energy_radius(ee->fraction);
+      if (!std::isfinite(radius)) continue;
+      row.target.curve_slope = radius * spot.encircled_energy_slope(radius);
+      row.shares = {plan.add(radius, ee->dz)};
     } else if (const auto* ring = std::get_if<RingFwhm>(&statistic);
                ring && !ring->ring_radius && ring->ring_fraction == 0.9) {
       const double radius = ghs.encircled_energy_radius(ring->ring_fraction, 0);
       const GeneralisedHarveyShack::RingPlanes planes = ghs.ring_planes(radius);
-      row.width = planes.upper - planes.lower;
-      if (!std::isfinite(row.width)) continue;
-      const double step = 0.01 * row.width, most = ghs.encircled_energy(radius, planes.peak);
+      const double width = row.target.value = planes.upper - planes.lower;
+      if (!std::isfinite(width)) continue;
+      const double step = 0.01 * width, most = ghs.encircled_energy(radius, planes.peak);
       const auto steepness = [&](double plane) {
         return std::abs(ghs.encircled_energy(radius, plane - step) -
                         ghs.encircled_energy(radius, plane + step)) /
@@ -120,7 +119,6 @@ LightPlan plan_light(const GeneralisedHarveyShack& ghs, const std::vector<Statis
       row.fall = steepness(planes.upper);
       row.shares = {plan.add(radius, planes.lower), plan.add(radius, planes.peak),
                     plan.add(radius, planes.upper)};
-      plan.extent.push_back({statistic, row.width, 0, 0});
     } else {
       continue;
     }
@@ -129,45 +127,40 @@ LightPlan plan_light(const GeneralisedHarveyShack& ghs, const std::vector<Statis
   return plan;
 }
 
-// Quantile of Student's t over the normal one: what a standard error from groups is widened by before a test
-// that takes it for known.
-double student_widening(double confidence) {
-  return student_quantile(confidence, law::kGroups - 1) / student_quantile(confidence, kInfinity);
+// The radius that holds the fraction, to first order; NaN for a shift above a third of the radius.
+double shifted_radius(const Target& target, double share) {
+  const double radius = target.value, fraction = std::get<EncircledEnergyRadius>(target.statistic).fraction;
+  const double shift = (fraction - share) * radius / *target.curve_slope;
+  return std::abs(shift) <= radius / 3 ? radius + shift : kNaN;
 }
 
-// The metric from the mean shares and what groups of draws gave.
 EquivalenceMetric light_metric(const LightRow& row, const EnsembleMean& shares, const Eigen::MatrixXd& groups,
                                const EquivalenceSpec& test) {
   const auto at = [&](std::size_t k) { return Eigen::Index(row.shares[k]); };
   const bool drawn = groups.cols() > 1;
-  const double wider = drawn ? student_widening(test.confidence) : 1;
-  if (row.shares.size() == 1) {
-    EquivalenceMetric metric =
-        share_metric(row.name, row.fraction, row.radius, row.slope, shares.value[at(0)],
-                     wider * shares.standard_error[at(0)], test.margin, test.confidence);
-    metric.standard_error /= wider;
-    return metric;
-  }
-  // How far the light at theory's two ends is above half of that at its peak, as a change of the width:
-  // each end moves by its excess over its slope.
-  const auto width_of = [&](double before, double peak, double behind) {
-    return row.width + (before / peak - 0.5) / row.rise + (behind / peak - 0.5) / row.fall;
+  const double freedom = drawn ? kGroupFreedom : kInfinity;
+  const auto judged = [&](double shown, double value, double error) {
+    return judge_target(row.target, false, shown, value, error, test.margin, test.confidence, freedom);
   };
-  const double width = width_of(shares.value[at(0)], shares.value[at(1)], shares.value[at(2)]);
-  if (!drawn)
-    return tost(row.name, false, row.width, 0, width,
-                shares.standard_error[at(1)] / std::min(row.rise, row.fall), test.margin, test.confidence);
-  Eigen::ArrayXd widths(groups.cols());
-  for (Eigen::Index g = 0; g < groups.cols(); ++g)
-    widths[g] = width_of(groups(at(0), g), groups(at(1), g), groups(at(2), g));
-  const double n = double(groups.cols());
-  return tost_of_groups(row.name, row.width, 0, width,
-                        std::sqrt((widths - widths.mean()).square().sum() / (n * (n - 1))), test);
+  if (row.shares.size() == 1) {
+    const double share = shares.value[at(0)];
+    return judged(shifted_radius(row.target, share), share, shares.standard_error[at(0)]);
+  }
+  // Each end of the width moves by the energy in excess of half the peak, divided by the slope there.
+  const auto width_of = [&](const auto& of) {
+    const double peak = of[at(1)];
+    return row.target.value + (of[at(0)] / peak - 0.5) / row.rise + (of[at(2)] / peak - 0.5) / row.fall;
+  };
+  const double width = width_of(shares.value);
+  if (!drawn) return judged(width, width, shares.standard_error[at(1)] / std::min(row.rise, row.fall));
+  Eigen::MatrixXd widths(1, groups.cols());
+  for (Eigen::Index g = 0; g < groups.cols(); ++g) widths(0, g) = width_of(groups.col(g));
+  return judged(width, width, standard_error_of_mean(widths)[0]);
 }
 
 struct WaveShares {
   EnsembleMean mean;
-  Eigen::MatrixXd groups;  // shares by groups; empty for a given surface
+  Eigen::MatrixXd groups;  // energy fractions by groups; empty for a given surface
 };
 
 WaveShares shares_of_draws(const Ensemble& ensemble, const LightPlan& plan, double pitch, int draws,
@@ -195,15 +188,6 @@ WaveShares shares_of_draws(const Ensemble& ensemble, const LightPlan& plan, doub
 }  // namespace
 
 namespace internal {
-
-EquivalenceMetric tost_of_groups(const std::string& name, double target, double target_error, double model,
-                                 double model_error, const EquivalenceSpec& test) {
-  const double wider = student_widening(test.confidence);
-  EquivalenceMetric metric = tost(name, false, target, wider * target_error, model, wider * model_error,
-                                  test.margin, test.confidence);
-  metric.standard_error /= wider;
-  return metric;
-}
 
 EnsembleMean ensemble_by_rays(const Ensemble& ensemble, const std::vector<Statistic>& statistics,
                               int threads) {
@@ -248,7 +232,7 @@ void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
   try {
     const GeneralisedHarveyShack ghs(*ground.prior_psd, task.mirror, task.aperture, task.wavelength);
     const LightPlan plan = plan_light(ghs, statistics);
-    const double pitch = wave_pitch(task, ensemble.terms, plan.extent, nullptr);
+    const double pitch = wave_pitch(task, ensemble.terms, plan.targets(), nullptr);
     WaveShares shares;
     if (given) {
       const FreshStatistics fresh = statistics_with_error(
@@ -275,25 +259,12 @@ void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
 }  // namespace internal
 
 int ensemble_draws(double spread) {
-  // Standard errors in a margin, times what the predicted spread is known to.
+  // Standard errors in a margin, times the factor to which the predicted spread is known.
   const double wanted = std::pow(1.5 * (1.75 + 2.87) * spread, 2) / law::kGroups;
-  // Not a number where the spread is none: then as many as there may be.
+  // A NaN spread gives the largest ensemble.
   const double groups =
       wanted <= law::kMostGroupDraws ? std::max(2.0, std::ceil(wanted)) : law::kMostGroupDraws;
   return int(groups) * law::kGroups;
-}
-
-EquivalenceMetric share_metric(const std::string& name, double fraction, double radius, double slope,
-                               double share, double error, double margin, double confidence) {
-  // Differences in units in which `margin` is the tolerance; a test of 1 + difference against 1.
-  const double unit = std::max(radius * slope, kFlattestCurve);
-  EquivalenceMetric metric =
-      tost(name, false, 1, 0, 1 + (fraction - share) / unit, error / unit, margin, confidence);
-  metric.target = radius;
-  const double shift = (fraction - share) / slope;
-  // Further off than a third of the radius the slope says nothing of where it is.
-  metric.model = std::abs(shift) <= radius / 3 ? radius + shift : std::nan("");
-  return metric;
 }
 
 }  // namespace aberfit

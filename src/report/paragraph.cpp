@@ -10,9 +10,10 @@
 
 namespace aberfit::internal {
 
-std::string paragraph(const std::string& label, const std::string& text, std::size_t indent) {
+std::string paragraph(const std::string& label, const std::string& text, std::size_t indent,
+                      std::size_t width) {
   const std::string line = fmt::format("{}", fmt::join(words(text, " \t\n\v\f\r"), " "));
-  return fmt::format("{:<{}}{}\n", label, indent, wrapped(line, kColumns - indent, indent));
+  return fmt::format("{:<{}}{}\n", label, indent, wrapped(line, width - std::min(width, indent), indent));
 }
 
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
@@ -30,13 +31,6 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
     begin = end + 1;
   }
   return out + line;
-}
-
-std::string warning_lines(const Warnings& warnings) {
-  std::string text;
-  for (const Warning& warning : warnings)
-    text += fmt::format("\n  {}: {}\n", warning.code, wrapped(warning.message, 88, 4));
-  return text;
 }
 
 std::string clear_text(const ClearRegion& clear) {

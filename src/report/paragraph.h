@@ -10,15 +10,13 @@ namespace aberfit::internal {
 inline constexpr std::size_t kColumns = 100;  ///< widest line of a table for people
 inline constexpr std::size_t kIndent = 10;    ///< of what stands behind "Scene", "Fit", ...
 
-/// Words of `text` on lines of at most kColumns; the first line begins with `label`, the others are indented
-/// as deep as `indent`.
-std::string paragraph(const std::string& label, const std::string& text, std::size_t indent = kIndent);
+/// Words of `text` on lines of at most `width` columns; the first line begins with `label`, the others are
+/// indented as deep as `indent`.
+std::string paragraph(const std::string& label, const std::string& text, std::size_t indent = kIndent,
+                      std::size_t width = kColumns);
 
 /// Words of `text` on lines of at most `width` columns beyond the indent that all but the first begin with.
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent);
-
-/// "\n  code: message\n" for each warning, wrapped.
-std::string warning_lines(const Warnings& warnings);
 
 /// "1 ray", "2 rays".
 std::string plural(long count, const std::string& thing);

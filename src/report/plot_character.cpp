@@ -1,14 +1,14 @@
 #include <fmt/format.h>
 
-#include "picture.h"
+#include "fit_pictures.h"
 
 namespace aberfit::internal {
 namespace {
 
 // One row per bin or zone: edges, value and the band of draws.
 template <class Rows>
-std::vector<Eigen::ArrayXd> columns(const Rows& rows, auto low, auto high) {
-  std::vector<Eigen::ArrayXd> result(6, Eigen::ArrayXd(Eigen::Index(rows.size())));
+PictureColumns columns(const Rows& rows, auto low, auto high) {
+  PictureColumns result(6, Eigen::ArrayXd(Eigen::Index(rows.size())));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto k = Eigen::Index(i);
     const BesideDraws& ratio = rows[i].ratio;
@@ -19,54 +19,32 @@ std::vector<Eigen::ArrayXd> columns(const Rows& rows, auto low, auto high) {
   return result;
 }
 
-std::string curves(const std::string& file, const std::string& middle) {
-  return fmt::format(
-      "'{0}' using ({1}):5:6 with filledcurves fillcolor rgb '#cfe3f1' title '99 % of draws', \\\n"
-      "  '{0}' using ({1}):4 with lines linetype 2 title 'draws, mean', \\\n"
-      "  '{0}' using ({1}):3 with linespoints linecolor rgb '{2}' linewidth 2 pointtype 7 title 'fitted'\n",
-      file, middle, kFittedColour);
-}
-
 }  // namespace
 
-// Left, the PSD over that of the specification; right, slopes by zone; both in the band of draws.
-Picture character_picture(const PlotInput& input) {
-  const Character& character = *input.result.character;
-  Picture picture{"character", script_head("character", 1200, 720), {}};
+Picture character_picture(const FitPictures& fit) {
+  const Character& character = *fit.result.character;
+  Picture picture("character", fit.result.title);
   const std::vector<std::string> header = {
-      "value of the surface, mean of draws, and the band that holds 99 % of draws",
+      "value of the surface, mean of realisations, and the band that holds 99 % of them",
       "columns: low edge, high edge, value, mean, band low, band high"};
+  const auto add = [&](const std::string& file, const std::string& what, const PictureColumns& rows) {
+    picture.add_columns(file, {what, header[0], header[1]}, rows);
+  };
   const bool has_psd = !character.psd.empty();
+  picture.set("has_psd", int(has_psd));
   if (has_psd) {
-    auto psd = header;
-    psd.insert(psd.begin(), "PSD over the mean of draws of the specification; edges f_per_m [cycles/m]");
-    picture.add_columns("character_psd.dat", psd,
-                        columns(
-                            character.psd, [](const CharacterBin& b) { return b.low; },
-                            [](const CharacterBin& b) { return b.high; }));
+    add("character_psd.dat",
+        "PSD over the mean of realisations of the specification; edges f_per_m [cycles/m]",
+        columns(
+            character.psd, [](const CharacterBin& b) { return b.low; },
+            [](const CharacterBin& b) { return b.high; }));
+    picture.set("f_axis", log_axis("x", character.psd.front().low, character.psd.back().high));
   }
-  auto zones = header;
-  zones.insert(zones.begin(),
-               "RMS slope of zones as a share of that of the aperture; edges in aperture radii");
-  picture.add_columns("character_zones.dat", zones,
-                      columns(
-                          character.zones, [](const ZoneSlope& z) { return z.rho_min; },
-                          [](const ZoneSlope& z) { return z.rho_max; }));
-  picture.script += fmt::format("set multiplot layout 1,{} title {} noenhanced\n", has_psd ? 2 : 1,
-                                picture_title(input, "The surface beside draws of its roughness"));
-  if (has_psd)
-    picture.script += fmt::format(
-        "set logscale xy\nset xrange [{:.6g}:{:.6g}]\nset xlabel 'spatial frequency [cycles/m]'\n"
-        "set ylabel 'PSD over that of the specification'\nset format '%g'\nset xtics {}\n"
-        "set yrange [*<0.3:3<*]\nset ytics (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)\nplot {}",
-        character.psd.front().low, character.psd.back().high,
-        log_tics(character.psd.front().low, character.psd.back().high),
-        curves("character_psd.dat", "sqrt($1*$2)"));
-  picture.script +=
-      "unset logscale\nset xtics autofreq\nset ytics autofreq\nset xrange [0:1]\nset yrange [*<0.8:1.2<*]\n"
-      "set xlabel 'distance from the axis [aperture radii]'\n"
-      "set ylabel 'RMS slope over that of the aperture'\nplot " +
-      curves("character_zones.dat", "0.5*($1+$2)") + "unset multiplot\n";
+  add("character_zones.dat",
+      "RMS slope of zones as a fraction of that of the aperture; edges in aperture radii",
+      columns(
+          character.zones, [](const ZoneSlope& z) { return z.rho_min; },
+          [](const ZoneSlope& z) { return z.rho_max; }));
   return picture;
 }
 

@@ -17,10 +17,8 @@ namespace {
 constexpr int kWidth = 1200, kHeight = 850;                                  // [pixels]
 constexpr double kLeft = 0.085, kRight = 0.975, kLow = 0.09, kHigh = 0.835;  // frame, of the picture
 constexpr double kMark = 6;                                                  // half a point [pixels]
-constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
-                                    "#E69F00", "#56B4E9", "#000000"};
-constexpr int kMarks[] = {7, 5, 9, 11, 13, 7, 5};  // gnuplot's filled marks
-constexpr double kSmallest = 1e-17;                // errors of 0 have no place on a logarithmic axis
+constexpr std::size_t kColours = 7;
+constexpr double kSmallest = 1e-17;  // errors of 0 have no place on a logarithmic axis
 
 std::string thousands(double count) {
   if (count >= 999500) return fmt::format("{:.3g}M", count / 1048576);
@@ -37,20 +35,19 @@ std::string short_label(const ChartRow& row) {
   return fmt::format("{:g}", row.value);
 }
 
-// `set xtics` of seconds at the powers of ten (the axis holds one) with the prefix in the label, and small
+// gnuplot's tics of seconds at the powers of ten (the axis holds one) with the prefix in the label, and small
 // ones between. gnuplot's own prefixes know no micro sign.
 std::string decade_tics(double low, double high) {
   static const char* const kPrefixes[] = {"p", "n", "µ", "m", "", "k", "M"};
   std::string tics;
   const int first = int(std::ceil(std::log10(low) - 1e-9)), last = int(std::floor(std::log10(high) + 1e-9));
-  for (int e = first; e <= last; ++e) {
+  for (int e = first - 1; e <= last; ++e) {
     const int group = std::clamp((e + 300) / 3 - 100, -4, 2);
-    tics += fmt::format("{}'{:g} {}s' 1e{}", tics.empty() ? "" : ", ", std::pow(10.0, e - 3 * group),
-                        kPrefixes[group + 4], e);
-    for (int k = 2; k < 10; ++k) tics += fmt::format(", '' {}e{} 1", k, e);
+    if (e >= first)
+      tics += fmt::format("\"{:g} {}s\" 1e{}, ", std::pow(10.0, e - 3 * group), kPrefixes[group + 4], e);
+    for (int k = 2; k < 10; ++k) tics += fmt::format("\"\" {}e{} 1, ", k, e);
   }
-  for (int k = 2; k < 10; ++k) tics += fmt::format("{}'' {}e{} 1", tics.empty() ? "" : ", ", k, first - 1);
-  return "set xtics (" + tics + ")\n";
+  return "(" + tics.substr(0, tics.size() - 2) + ")";
 }
 
 bool is_shown(const ChartRow& row) { return std::isfinite(row.error) && row.seconds > 0; }
@@ -68,6 +65,7 @@ struct LogAxis {
     high *= factor;
   }
   double part(double value) const { return std::log(value / low) / std::log(high / low); }
+  double at(double share) const { return low * std::pow(high / low, share); }
 };
 
 class FamilyPicture {
@@ -92,29 +90,30 @@ class FamilyPicture {
   bool empty() const { return methods_.empty(); }
 
   Picture picture(const std::string& study_title) {
-    const std::string name = "chart_" + file_name();
-    Picture picture{name, script_head(name, kWidth, kHeight), {}};
-    std::string plots = frontier_plot(name);
-    for (std::size_t m = 0; m < methods_.size(); ++m) plots += method_plot(name, m);
-    plots += marked_plot(name, &ChartRow::is_default, "today", 6, "#000000", 3.4);
-    plots += marked_plot(name, &ChartRow::is_cheapest_within_tolerance, "cheapest within tolerance", 12,
-                         "#AA0000", 4.4);
-    picture.script += fmt::format(
-        "set termoption enhanced\n"
-        "set lmargin at screen {}\nset rmargin at screen {}\nset bmargin at screen {}\nset tmargin at screen "
-        "{}\n"
-        "set label {} noenhanced at screen 0.53, screen 0.972 center\n"
-        "set key at screen 0.53, screen 0.95 center top horizontal noenhanced font ',12' spacing 1.0 samplen "
-        "2\n"
-        "set logscale xy\nset xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\n"
-        "{}set format y '10^{{%L}}'\n"
-        "set xlabel {} noenhanced\nset ylabel {} noenhanced offset 0.5,0\n"
-        "set grid xtics ytics\n{}{}plot {}\n",
-        kLeft, kRight, kLow, kHigh, picture_title(family_.title, study_title), x_.low, x_.high, y_.low,
-        y_.high, decade_tics(x_.low, x_.high), gnuplot_text("time of " + family_.timed),
-        gnuplot_text(family_.error_of + (has_zero_ ? " (0 at the lower edge)" : "")), tolerance_mark(),
-        labels(), plots.substr(0, plots.size() - std::string(", \\\n").size()));
-    picture.data.emplace_back(name + ".dat", data_);
+    Picture picture("chart_" + file_name(), study_title, "chart");
+    picture.title = family_.title;
+    add_frontier(&picture);
+    std::vector<PictureColumns> blocks;
+    for (const std::string& method : methods_)
+      blocks.push_back(columns(shown([&](const ChartRow& row) { return row.method == method; })));
+    add(&picture, "methods", blocks);
+    for (const auto& [name, flag] :
+         {std::pair{"today", &ChartRow::is_default}, {"cheapest", &ChartRow::is_cheapest_within_tolerance}}) {
+      const std::vector<const ChartRow*> rows =
+          shown([flag = flag](const ChartRow& row) { return row.*flag; });
+      picture.set(name, int(!rows.empty()));
+      if (!rows.empty()) add(&picture, name, {columns(rows)});
+    }
+    picture.set("method", methods_);
+    picture.set("methods", int(methods_.size()));
+    picture.set("what", family_.title);
+    picture.set("x_label", "time of " + family_.timed);
+    picture.set("y_label", family_.error_of + (has_zero_ ? " (0 at the lower edge)" : ""));
+    picture.set("x_axis", log_axis("x", x_.low, x_.high) + "; set xtics " + decade_tics(x_.low, x_.high));
+    picture.set("y_axis", log_axis("y", y_.low, y_.high));
+    picture.set("frame", std::vector<double>{kLeft, kRight, kLow, kHigh});
+    set_tolerance(&picture);
+    add_labels(&picture);
     return picture;
   }
 
@@ -130,14 +129,18 @@ class FamilyPicture {
   double pixel_x(double seconds) const { return x_.part(seconds) * kWidth * (kRight - kLeft); }
   double pixel_y(double error) const { return y_.part(error) * kHeight * (kHigh - kLow); }
 
-  // A block of the data file; returns its number.
-  int add_block(const std::string& what, const std::vector<const ChartRow*>& rows) {
-    data_ += fmt::format("{}# {}\n# median, lower and upper quartile of the time [s], error\n",
-                         blocks_ == 0 ? "" : "\n\n", what);
-    for (const ChartRow* row : rows)
-      data_ += fmt::format("{:.9g} {:.9g} {:.9g} {:.9g}\n", row->seconds, row->seconds_low, row->seconds_high,
-                           shown_error(*row));
-    return blocks_++;
+  PictureColumns columns(const std::vector<const ChartRow*>& rows) const {
+    PictureColumns result(4, Eigen::ArrayXd(Eigen::Index(rows.size())));
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const auto k = Eigen::Index(i);
+      result[0][k] = rows[i]->seconds, result[1][k] = rows[i]->seconds_low;
+      result[2][k] = rows[i]->seconds_high, result[3][k] = shown_error(*rows[i]);
+    }
+    return result;
+  }
+  static void add(Picture* picture, const std::string& what, const std::vector<PictureColumns>& blocks) {
+    picture->add_blocks(picture->name + "_" + what + ".dat",
+                        {what + ": median, lower and upper quartile of the time [s], error"}, blocks);
   }
   std::vector<const ChartRow*> shown(const std::function<bool(const ChartRow&)>& wanted) const {
     std::vector<const ChartRow*> rows;
@@ -145,9 +148,10 @@ class FamilyPicture {
       if (is_shown(row) && wanted(row)) rows.push_back(&row);
     return rows;
   }
-  std::string frontier_plot(const std::string& name) {
+  void add_frontier(Picture* picture) {
     std::vector<const ChartRow*> rows = shown([](const ChartRow& row) { return row.on_frontier; });
-    if (rows.empty()) return "";
+    picture->set("frontier", int(!rows.empty()));
+    if (rows.empty()) return;
     std::sort(rows.begin(), rows.end(), [](const ChartRow* a, const ChartRow* b) {
       return a->seconds < b->seconds || (a->seconds == b->seconds && a->error > b->error);
     });
@@ -157,31 +161,11 @@ class FamilyPicture {
       places_.block({x, next, y - 4, y + 4}, true);
       places_.block({next - 4, next + 4, down, y}, true);
     }
-    return fmt::format(
-        "'{}.dat' index {} using 1:4 with steps linecolor rgb '#d4d4d4' linewidth 5 dashtype 1 title "
-        "'nothing measured is better'{}",
-        name, add_block("frontier", rows), kNextCurve);
+    add(picture, "frontier", {columns(rows)});
   }
-  std::string method_plot(const std::string& name, std::size_t m) {
-    const int block =
-        add_block(methods_[m], shown([&](const ChartRow& row) { return row.method == methods_[m]; }));
-    const std::size_t style = m % std::size(kColours);
-    return fmt::format(
-        "'{0}.dat' index {1} using 1:4:2:3 with xerrorbars pointtype {2} pointsize 1.3 linewidth 1.2 "
-        "dashtype 1 linecolor rgb '{3}' title {4}{5}",
-        name, block, kMarks[style], kColours[style], gnuplot_text(methods_[m]), kNextCurve);
-  }
-  std::string marked_plot(const std::string& name, bool ChartRow::*flag, const std::string& title, int point,
-                          const std::string& colour, double size) {
-    const std::vector<const ChartRow*> rows = shown([flag](const ChartRow& row) { return row.*flag; });
-    if (rows.empty()) return "";
-    return fmt::format(
-        "'{}.dat' index {} using 1:4 with points pointtype {} pointsize {} linewidth 2 linecolor rgb '{}' "
-        "title '{}'{}",
-        name, add_block(title, rows), point, size, colour, title, kNextCurve);
-  }
-  std::string tolerance_mark() {
-    if (!(family_.tolerance > 0)) return "";
+  void set_tolerance(Picture* picture) {
+    picture->set("tolerance", family_.tolerance > 0 ? family_.tolerance : 0.0);
+    if (!(family_.tolerance > 0)) return;
     const std::string text = fmt::format("{}: {:.3g}", family_.tolerance_of, family_.tolerance);
     // On the side where no point is in the way.
     const double y = pixel_y(family_.tolerance), width = 8.0 * double(text.size());
@@ -192,14 +176,10 @@ class FamilyPicture {
     });
     places_.block({on_right ? right - width : 0, on_right ? right : width, y, y + 22});
     places_.block({0, kWidth, y - 2, y + 2});
-    return fmt::format(
-        "set arrow from graph 0, first {0:.9g} to graph 1, first {0:.9g} nohead linecolor rgb '#AA0000' "
-        "dashtype 2\n"
-        "set label {1} noenhanced at graph {2}, first {0:.9g} {3} offset 0,0.6 textcolor rgb '#AA0000' font "
-        "',11'\n",
-        family_.tolerance, gnuplot_text(text), on_right ? 0.992 : 0.008, on_right ? "right" : "left");
+    picture->set("tolerance_text", text);
+    picture->set("on_right", int(on_right));
   }
-  std::string labels() {
+  void add_labels(Picture* picture) {
     std::vector<const ChartRow*> rows = shown([](const ChartRow&) { return true; });
     for (const ChartRow* row : rows) {
       const double x = pixel_x(row->seconds), y = pixel_y(shown_error(*row));
@@ -218,35 +198,37 @@ class FamilyPicture {
       const auto place = places_.put(pixel_x(row->seconds), pixel_y(shown_error(*row)),
                                      rank(row) == 0 ? 2.4 * kMark : kMark + 2, label);
       if (!place) continue;
-      const std::size_t m =
+      const auto method =
           std::size_t(std::find(methods_.begin(), methods_.end(), row->method) - methods_.begin());
-      text += fmt::format(
-          "set label {} noenhanced at graph {:.5f}, graph {:.5f} center textcolor rgb '{}' font ',11'\n",
-          gnuplot_text(label), place->x / (kWidth * (kRight - kLeft)), place->y / (kHeight * (kHigh - kLow)),
-          kColours[m % std::size(kColours)]);
+      text += fmt::format("{:.5g} {:.5g} {} {}\n", x_.at(place->x / (kWidth * (kRight - kLeft))),
+                          y_.at(place->y / (kHeight * (kHigh - kLow))), method % kColours + 1,
+                          gnuplot_text(label));
     }
-    return text;
+    picture->set("labels", int(!text.empty()));
+    if (!text.empty())
+      picture->data.emplace_back(
+          picture->name + "_labels.dat",
+          "# Time [s] and error where a label stands, number of its colour, text\n" + text);
   }
 
   const ChartFamily& family_;
   std::vector<std::string> methods_;
   LogAxis x_, y_;
   bool has_zero_ = false;
-  std::string data_;
-  int blocks_ = 0;
   LabelPlaces places_{kWidth * (kRight - kLeft), kHeight*(kHigh - kLow)};
 };
 
 }  // namespace
 
-std::vector<std::string> write_chart_plots(const Chart& chart, const std::string& directory,
-                                           Warnings* warnings) {
+std::vector<DrawnPicture> draw_pictures(const Chart& chart, const std::string& directory,
+                                        const PictureOptions& options, Warnings* warnings) {
+  if (options.format == PictureFormat::kNone) return {};
   std::vector<Picture> pictures;
   for (const ChartFamily& family : chart.families) {
     FamilyPicture maker(family);
     if (!maker.empty()) pictures.push_back(maker.picture(chart.title));
   }
-  return draw_pictures(pictures, directory, warnings);
+  return draw(pictures, directory, options, warnings);
 }
 
 }  // namespace aberfit

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "aberfit/scene/zernike.h"
-#include "picture.h"
+#include "fit_pictures.h"
 
 namespace aberfit::internal {
 namespace {
@@ -17,70 +17,7 @@ double deviation(const ResultDocument& result, Eigen::Index i) {
   return i < std.size() && std::isfinite(std[i]) ? std[i] : 0.0;
 }
 
-bool has_deviations(const ResultDocument& result) { return result.fit.coefficient_std.size() > 0; }
-
-// One panel: what to set, and what to plot.
-using Panels = std::vector<std::string>;
-
-// Coefficients by Noll index: on a linear axis with the band of their standard deviations about zero; over
-// decades their magnitude, with colours for the sign and the standard deviation as a line.
-std::string value_panel(const AxisUnit& unit, const Eigen::ArrayXd& noll, bool steep, double lowest,
-                        bool band) {
-  const std::string file = "'coefficients_zernike.dat'";
-  const double count = double(noll.size());
-  std::string panel = fmt::format(
-      "s = {:.9g}  # axis units per metre\nset xlabel 'Noll index j'\nset xrange [{:.9g}:{:.9g}]\n",
-      unit.per_si, noll.minCoeff() - 1, noll.maxCoeff() + 1);
-  if (steep) {
-    const double size = count > 400 ? 0.35 : 0.7;
-    panel += fmt::format(
-        "set ylabel 'size of Zernike coefficient [{0}]'\nset logscale y\nset yrange [{5:.9g}:*]\nset format "
-        "y '%g'\n"
-        "plot {1} using 1:($4>0?$4*s:1/0) with points pointtype 7 pointsize {2} linecolor rgb '{3}' title "
-        "'positive', \\\n"
-        "  {1} using 1:($4<0?-$4*s:1/0) with points pointtype 7 pointsize {2} linecolor rgb '{4}' title "
-        "'negative'",
-        unit.name, file, size, kTargetColour, kFittedColour, lowest * unit.per_si);
-    if (band)
-      panel += fmt::format(
-          ", \\\n  {} using 1:($5>0?$5*s:1/0) with lines linecolor rgb 'black' linewidth 1.5 dashtype 1 "
-          "title 'posterior standard deviation'",
-          file);
-    return panel + "\n";
-  }
-  panel += fmt::format("set ylabel 'Zernike coefficient [{}]'\nplot ", unit.name);
-  if (band)
-    panel += file +
-             " using 1:(-$5*s):($5*s) with filledcurves fillcolor rgb '#d5d5d5' title 'posterior standard "
-             "deviation, about zero', \\\n  ";
-  return panel +
-         fmt::format(
-             "{0} using 1:($4*s) with impulses linecolor rgb '{1}' linewidth {2} dashtype 1 notitle, \\\n"
-             "  {0} using 1:($4*s) with points pointtype 7 pointsize {3} linecolor rgb '{1}' title 'fitted "
-             "value'\n",
-             file, kTargetColour, count > 400 ? 0.6 : 1.5, count > 400 ? 0.25 : 0.6);
-}
-
-// RMS height of each radial order; bars where they can stand on zero.
-std::string order_panel(const AxisUnit& unit, const Eigen::ArrayXd& radial, bool steep, bool band) {
-  std::string panel = fmt::format(
-      "s = {0:.9g}  # axis units per metre\n"
-      "set xlabel 'radial order n'\nset ylabel 'RMS height of one order [{1}]'\nset xrange "
-      "[{2:.9g}:{3:.9g}]\n{4}"
-      "plot 'coefficients_orders.dat' using 1:($2*s) with {5} linecolor rgb '{6}' title 'fitted'",
-      unit.per_si, unit.name, radial.minCoeff() - 1, radial.maxCoeff() + 1,
-      steep ? "set logscale y\nset format y '%g'\n"
-            : "set yrange [0:*]\nset boxwidth 0.7\nset style fill solid 0.6 noborder\n",
-      steep ? "linespoints pointtype 7 pointsize 0.8 dashtype 1" : "boxes", kTargetColour);
-  if (band)
-    panel += fmt::format(
-        ", \\\n  '' using 1:($3*s) with linespoints pointtype 6 linecolor rgb '{}' dashtype 3 title "
-        "'posterior standard deviation'",
-        kFittedColour);
-  return panel + "\n";
-}
-
-void zernike_panels(const ResultDocument& result, Picture* picture, Panels* panels) {
+void zernike_panels(const ResultDocument& result, Picture* picture) {
   const std::vector<ZernikeMode>& modes = result.terms.zernike;
   const Eigen::Index count = Eigen::Index(modes.size());
   std::vector<Eigen::Index> order(modes.size());
@@ -122,16 +59,19 @@ void zernike_panels(const ResultDocument& result, Picture* picture, Panels* pane
 
   // Linear axes while all orders can be read on them.
   const bool steep = rms.minCoeff() > 0 && largest_size(rms) > 30 * rms.minCoeff();
-  const bool band = has_deviations(result);
+  picture->set("steep", int(steep));
   // A coefficient that happens to be next to nothing must not stretch the axis.
-  const double lowest = rms.minCoeff() / 300;
-  panels->push_back(
-      value_panel(length_unit(std::max(largest_size(value), largest_size(std))), noll, steep, lowest, band));
-  panels->push_back(
-      order_panel(length_unit(std::max(largest_size(rms), largest_size(spread))), radial, steep, band));
+  picture->set("lowest", rms.minCoeff() / 300);
+  picture->set("mark", count > 400 ? 0.35 : 0.7);
+  picture->set("first_noll", noll.minCoeff());
+  picture->set("last_noll", noll.maxCoeff());
+  picture->set("first_order", radial.minCoeff());
+  picture->set("last_order", radial.maxCoeff());
+  picture->set("z", length_unit(std::max(largest_size(value), largest_size(std))));
+  picture->set("o", length_unit(std::max(largest_size(rms), largest_size(spread))));
 }
 
-void fourier_panel(const ResultDocument& result, Picture* picture, Panels* panels) {
+void fourier_panel(const ResultDocument& result, Picture* picture) {
   const std::vector<FourierMode>& modes = result.terms.fourier;
   const Eigen::Index count = Eigen::Index(modes.size());
   Eigen::ArrayXd fx(count), fy(count), f(count), amplitude(count), std(count);
@@ -147,24 +87,12 @@ void fourier_panel(const ResultDocument& result, Picture* picture, Panels* panel
                        {"Amplitudes of the plane waves of the fitted surface",
                         "columns: frequency_per_m fx_per_m fy_per_m amplitude_m std_m"},
                        {f, fx, fy, amplitude, std});
-  const AxisUnit unit = length_unit(std::max(largest_size(amplitude), largest_size(std)));
-  const bool logarithmic = f.minCoeff() > 0 && f.maxCoeff() > 10 * f.minCoeff();
-  const std::string spread = has_deviations(result)
-                                 ? fmt::format(
-                                       ", \\\n  '' using 1:($5*{:.9g}) with points pointtype 6 pointsize 0.5 "
-                                       "linecolor rgb '{}' title 'posterior standard deviation'",
-                                       unit.per_si, kFittedColour)
-                                 : "";
-  panels->push_back(
-      fmt::format("set xlabel 'spatial frequency [cycles/m]'\nset ylabel 'Fourier amplitude [{}]'\n"
-                  "{}set xrange [{:.9g}:{:.9g}]\nset yrange [0:*]\n"
-                  "plot 'coefficients_fourier.dat' using 1:($4*{:.9g}) with points pointtype 7 pointsize 0.6 "
-                  "linecolor rgb '{}' title 'fitted value'{}\n",
-                  unit.name, logarithmic ? "set logscale x\n" : "", f.minCoeff() / 1.05, f.maxCoeff() * 1.05,
-                  unit.per_si, kTargetColour, spread));
+  picture->set("first_frequency", f.minCoeff() / 1.05);
+  picture->set("last_frequency", f.maxCoeff() * 1.05);
+  picture->set("f", length_unit(std::max(largest_size(amplitude), largest_size(std))));
 }
 
-void spherical_panel(const ResultDocument& result, Picture* picture, Panels* panels) {
+void spherical_panel(const ResultDocument& result, Picture* picture) {
   const std::vector<int>& powers = result.terms.spherical;
   const Eigen::Index count = Eigen::Index(powers.size());
   Eigen::ArrayXd power(count), value(count), std(count);
@@ -178,39 +106,30 @@ void spherical_panel(const ResultDocument& result, Picture* picture, Panels* pan
       "coefficients_spherical.dat",
       {"Spherical terms of the fitted surface: height at the rim", "columns: power_of_rho value_m std_m"},
       {power, value, std});
-  const AxisUnit unit = length_unit(std::max(largest_size(value), largest_size(std)));
-  panels->push_back(
-      fmt::format("set xlabel 'power of rho'\nset ylabel 'spherical term at the rim [{}]'\n"
-                  "set xrange [3:13]\nset xtics 4,2,12\nset xzeroaxis linecolor rgb '#666666'\nset boxwidth "
-                  "1\nset style fill solid 0.6 noborder\n"
-                  "plot 'coefficients_spherical.dat' using 1:($2*{}) with boxes linecolor rgb '{}' title "
-                  "'fitted value', \\\n"
-                  "  '' using 1:($2*{}):($3*{}) with yerrorbars pointtype 7 pointsize 0.6 linecolor rgb "
-                  "'black' title 'posterior standard deviation'\n",
-                  unit.name, unit.per_si, kTargetColour, unit.per_si, unit.per_si));
+  picture->set("p", length_unit(std::max(largest_size(value), largest_size(std))));
 }
 
 }  // namespace
 
-/// The coefficients with their uncertainty: Zernikes by Noll index and by radial order, Fourier amplitudes,
-/// spherical terms.
-Picture coefficients_picture(const PlotInput& input) {
-  const std::string name = "coefficients";
-  const ResultDocument& result = input.result;
-  Picture picture{name, "", {}};
-  Panels panels;
-  if (!result.terms.zernike.empty()) zernike_panels(result, &picture, &panels);
-  if (!result.terms.fourier.empty()) fourier_panel(result, &picture, &panels);
-  if (!result.terms.spherical.empty()) spherical_panel(result, &picture, &panels);
-  if (panels.empty()) return {};
-  const bool four = panels.size() > 2;
-  const int rows = four ? 2 : int(panels.size());
-  picture.script = script_head(name, four ? 1500 : 1200, rows == 1 ? 700 : 1000);
-  picture.script += fmt::format("set multiplot layout {},{} title {} font 'DejaVu Sans,16'\n", rows,
-                                four ? 2 : 1, picture_title(input, "Coefficients of the fitted surface"));
-  for (const std::string& panel : panels)
-    picture.script += "unset logscale\nset autoscale\nset xtics autofreq\nset format '%g'\n" + panel;
-  picture.script += "unset multiplot\n";
+Picture coefficients_picture(const FitPictures& fit) {
+  constexpr Eigen::Index kFewPoints = 1200;
+  const ResultDocument& result = fit.result;
+  Picture picture("coefficients", result.title);
+  const int zernikes = !result.terms.zernike.empty(), waves = !result.terms.fourier.empty(),
+            sphericals = !result.terms.spherical.empty();
+  if (zernikes) zernike_panels(result, &picture);
+  if (waves) fourier_panel(result, &picture);
+  if (sphericals) spherical_panel(result, &picture);
+  const int panels = 2 * zernikes + waves + sphericals;
+  picture.has_cloud = result.terms.size() > kFewPoints;
+  picture.set("zernikes", zernikes);
+  picture.set("waves", waves);
+  picture.set("sphericals", sphericals);
+  picture.set("deviations", int(result.fit.coefficient_std.size() > 0));
+  picture.set("rows", std::min(panels, 2));
+  picture.set("columns", panels > 2 ? 2 : 1);
+  picture.set("width", panels > 2 ? 1500 : 1200);
+  picture.set("height", panels > 1 ? 1000 : 700);
   return picture;
 }
 

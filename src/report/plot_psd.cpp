@@ -11,139 +11,130 @@ using namespace internal;
 
 namespace {
 
-constexpr const char* kLineColour = "#CC79A7";
+double least_positive(const Eigen::ArrayXd& values) {
+  double least = HUGE_VAL;
+  for (const double value : values)
+    if (value > 0) least = std::min(least, value);
+  return least;
+}
 
-/// Bins of the surface's PSD with their intervals, the fitted model, and lines.
 Picture psd_picture(const PsdReport& report) {
   const PsdEstimate& e = report.estimate;
   const SurfacePsd& s = report.surface;
-  const bool profiles = e.kind == PsdTableKind::k1dOneSided;
-  const std::string name = "psd";
+  const bool is_profile = e.kind == PsdTableKind::k1dOneSided;
   const Eigen::ArrayXd model =
       (s.frequency >= report.fit.f_min && s.frequency <= report.fit.f_max).select(s.model, NAN);
-  Picture picture{name, script_head(name, 1200, 800), {}};
-  picture.add_columns(name + ".dat",
+  Picture picture("psd", report.title);
+  picture.add_columns("psd.dat",
                       {fmt::format("PSD of the surface in {}",
-                                   profiles ? "m^3, one-sided, of the profile" : "m^4, two-sided"),
+                                   is_profile ? "m^3, one-sided, of the profile" : "m^4, two-sided"),
                        "frequency [1/m], PSD, lower and upper end of the interval, model"},
                       {s.frequency, s.psd, s.lower, s.upper, model});
-  // Axes: cycles/mm, and the units in which opticians quote PSDs.
-  std::string marks;
-  for (const SpectralLine& line : e.lines)
-    marks += fmt::format(
-        "set arrow from first {0:.9g}, graph 0 to first {0:.9g}, graph 1 nohead linecolor rgb '{1}' dashtype "
-        "2\n",
-        1e-3 * line.frequency, kLineColour);
-  picture.script += fmt::format(
-      "u = 1e-3  # cycles/mm\n"
-      "s = {0}  # nm^2 and mm\n"
-      "set termoption enhanced\n"
-      "set title {1} noenhanced\n"
-      "set logscale xy\nset format x '10^{{%L}}'\nset format y '10^{{%L}}'\n"
-      "set xlabel 'spatial frequency [cycles/mm]'\nset ylabel '{2}'\n"
-      "set grid xtics ytics\n"
-      "{3}"
-      "plot '{4}.dat' using ($1*u):($2*s):($3*s):($4*s) with yerrorbars pointtype 7 pointsize 0.8 linecolor "
-      "rgb '{5}' linewidth 1.2 dashtype 1 title 'estimate, {6:.4g} % intervals', \\\n"
-      "  '' using ($1*u):($5*s) with lines linecolor rgb '{7}' linewidth 2.5 dashtype 1 title 'model: "
-      "{8}'{9}\n",
-      profiles ? "1e21" : "1e24",
-      picture_title(profiles ? "PSD of the profile" : "PSD of the surface", report.title),
-      profiles ? "one-sided PSD [nm² mm]" : "two-sided 2-D PSD [nm² mm²]", marks, name, kTargetColour,
-      100 * e.options.confidence, kFittedColour, to_string(report.fit.family),
-      e.lines.empty()
-          ? ""
-          : fmt::format(
-                ", \\\n  NaN with lines linecolor rgb '{}' dashtype 2 title 'spectral lines, left out'",
-                kLineColour));
+  std::vector<double> lines;
+  for (const SpectralLine& line : e.lines) lines.push_back(line.frequency);
+  const double scale = is_profile ? 1e21 : 1e24;  // nm^2 mm, nm^2 mm^2
+  picture.set("x_axis", log_axis("x", 0.8e-3 * s.frequency.minCoeff(), 1.25e-3 * s.frequency.maxCoeff()));
+  picture.set("y_axis", log_axis("y", 0.5 * scale * least_positive(s.psd.min(s.lower)),
+                                 2 * scale * largest_size(s.psd.max(s.upper))));
+  picture.set("scale", scale);
+  picture.set("is_profile", int(is_profile));
+  picture.set("lines", int(lines.size()));
+  picture.set("line", lines);
+  picture.set("confidence", 100 * e.options.confidence);
+  picture.set("model", to_string(report.fit.family));
   return picture;
 }
 
-/// Structure functions of the measurements, one curve each, and of the model.
 Picture structure_function_picture(const PsdReport& report) {
-  const std::string name = "structure_function";
-  Picture picture{name, script_head(name, 1200, 800), {}};
-  picture.script += fmt::format(
-      "set title {} noenhanced\nset termoption enhanced\nset logscale xy\nset format x '10^{{%L}}'\n"
-      "set format y '10^{{%L}}'\nset xlabel 'separation s [mm]'\n"
-      "set ylabel 'mean square difference D(s) [nm²]'\nset grid xtics ytics\nset key bottom right\nplot ",
-      picture_title("Structure function, detrended", report.title));
-  for (std::size_t i = 0; i < report.differences.size(); ++i) {
-    const HeightDifferences& d = report.differences[i];
-    const std::string file = i == 0 ? name + ".dat" : fmt::format("{}_{}.dat", name, i + 1);
-    picture.add_columns(file, {"separation [m], D of the measurement [m^2], D of the model"},
-                        {d.separation, d.mean_square,
-                         model_height_differences(report.fit, report.estimate.kind, d.separation)});
-    picture.script += fmt::format(
-        "{0}'{1}' using ($1*1e3):($2*1e18) with points pointtype {2} pointsize 0.9 linecolor rgb '{3}' title "
-        "'measured{4}'",
-        i == 0 ? "" : kNextCurve, file, 7 + 2 * int(i), kTargetColour,
-        report.differences.size() > 1 ? fmt::format(", file {}", i + 1) : "");
-    picture.script += fmt::format(
-        "{}'{}' using ($1*1e3):($3*1e18) with lines linecolor rgb '{}' linewidth 2.5 dashtype 1 {}",
-        kNextCurve, file, kFittedColour,
-        i == 0 ? "title 'model in its band: " + to_string(report.fit.family) + "'" : std::string("notitle"));
+  Picture picture("structure_function", report.title);
+  std::vector<PictureColumns> curves;
+  for (const HeightDifferences& d : report.differences)
+    curves.push_back({d.separation, d.mean_square,
+                      model_height_differences(report.fit, report.estimate.kind, d.separation)});
+  picture.add_blocks("structure_function.dat",
+                     {"separation [m], D of the measurement [m^2], D of the model; a block a file"}, curves);
+  double first = HUGE_VAL, last = 0, low = HUGE_VAL, high = 0;
+  for (const PictureColumns& curve : curves) {
+    first = std::min(first, least_positive(curve[0])), last = std::max(last, largest_size(curve[0]));
+    low = std::min({low, least_positive(curve[1]), least_positive(curve[2])});
+    high = std::max({high, largest_size(curve[1]), largest_size(curve[2])});
   }
-  picture.script += "\n";
+  picture.set("x_axis", log_axis("x", 0.8e3 * first, 1.25e3 * last));
+  picture.set("y_axis", log_axis("y", 0.5e18 * low, 2e18 * high));
+  picture.set("files", int(curves.size()));
+  picture.set("model", to_string(report.fit.family));
   return picture;
 }
 
-Picture profile_data_picture(const PsdReport& report, const Profile& measured, const std::string& name) {
+// The least and the largest of each run of points, in their order, where there are more than a picture shows.
+PictureColumns thinned(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
+  constexpr Eigen::Index kRuns = 1200;
+  if (x.size() <= 4 * kRuns) return {x, y};
+  std::vector<double> some_x, some_y;
+  for (Eigen::Index run = 0; run < kRuns; ++run) {
+    const Eigen::Index begin = run * x.size() / kRuns, size = (run + 1) * x.size() / kRuns - begin;
+    Eigen::Index least = 0, most = 0;
+    y.segment(begin, size).minCoeff(&least);
+    y.segment(begin, size).maxCoeff(&most);
+    for (const Eigen::Index at : {std::min(least, most), std::max(least, most)})
+      some_x.push_back(x[begin + at]), some_y.push_back(y[begin + at]);
+  }
+  return {array_of(some_x), array_of(some_y)};
+}
+
+Picture profile_picture(const PsdReport& report, const Profile& measured, const std::string& name) {
   const Profile heights = detrend(heights_of(measured), report.estimate.options.detrend);
-  const AxisUnit lateral = length_unit(heights.x.abs().maxCoeff());
-  const AxisUnit height = length_unit(largest_size(heights.value));
-  Picture picture{name, script_head(name, 1200, 600), {}};
-  picture.add_columns(name + ".dat", {"Detrended heights of the measured profile: x [m], height [m]"},
-                      {heights.x, heights.value});
-  picture.script += fmt::format(
-      "set title {}\nset xlabel 'x [{}]'\nset ylabel 'height [{}]'\nunset key\n"
-      "plot '{}.dat' using ($1*{:.9g}):($2*{:.9g}) with lines linecolor rgb '{}' linewidth 1.5 dashtype 1\n",
-      picture_title("Measured profile, detrended", report.title), lateral.name, height.name, name,
-      lateral.per_si, height.per_si, kTargetColour);
+  Picture picture(name, report.title, "data_profile");
+  picture.add_columns(
+      name + ".dat",
+      {"Detrended heights of the measured profile: x [m], height [m]; of a long one the least and "
+       "the largest of each run of points"},
+      thinned(heights.x, heights.value));
+  picture.set("x", length_unit(heights.x.abs().maxCoeff()));
+  picture.set("h", length_unit(largest_size(heights.value)));
   return picture;
 }
 
-Picture map_data_picture(const PsdReport& report, const HeightMap& measured, const ClearRegion& clear,
-                         const std::string& name) {
+Picture map_picture(const PsdReport& report, const HeightMap& measured, const ClearRegion& clear,
+                    const std::string& name) {
   HeightMap map = detrend(measured, report.estimate.options.detrend);
   centre_on_grid(&map);
-  const double largest = std::max(1e-15, largest_size(map.height));
-  const double reach = std::max(std::abs(map.x0), std::abs(map.y0));
-  const AxisUnit lateral = length_unit(reach), height = length_unit(largest);
-  Picture picture{name, script_head(name, 1200, 1050), {}};
+  const double reach = colour_reach({&map.height}), largest = largest_size(map.height);
+  Picture picture(name, report.title, "data_map");
   picture.add_matrix(name + ".dat",
                      {"Detrended heights of the measured map [m]; nan where nothing was measured",
                       fmt::format("rows from -y to +y, {:.9g} m apart; columns from -x to +x, {:.9g} m apart",
                                   map.pitch_y, map.pitch_x)},
                      map.height);
-  picture.script += fmt::format(
-      "set title {}\nunset key\nunset grid\nset xlabel 'x [{}]'\nset ylabel 'y [{}]'\n"
-      "set cblabel 'height [{}]' offset 1.5,0\nset size ratio -1\nset tics out\n"
-      "{}{}"
-      "plot '{}.dat' matrix using ($1*{:.9g}+{:.9g}):($2*{:.9g}+{:.9g}):($3*{:.9g}) with image{}\n",
-      picture_title("Measured map, detrended", report.title), lateral.name, lateral.name, height.name,
-      symmetric_range("cb", largest * height.per_si), signed_palette(), name, map.pitch_x * lateral.per_si,
-      map.x0 * lateral.per_si, map.pitch_y * lateral.per_si, map.y0 * lateral.per_si, height.per_si,
-      rim_curves(&picture, clear, map.x0 - measured.x0, map.y0 - measured.y0, lateral.per_si));
+  picture.set("x", length_unit(std::max(std::abs(map.x0), std::abs(map.y0))));
+  picture.set("h", length_unit(reach));
+  picture.set("reach", reach);
+  picture.set("extremes", largest > 1.5 * reach ? fmt::format(", colours of 99.9 %; largest {}",
+                                                              display(largest, Dimension::kLength))
+                                                : std::string());
+  picture.set_pixels(map.x0, map.pitch_x, map.y0, map.pitch_y);
+  picture.add_rim(clear, map.x0 - measured.x0, map.y0 - measured.y0);
   return picture;
 }
 
 }  // namespace
 
-std::vector<std::string> write_psd_plots(const PsdReport& report, const std::string& directory,
-                                         Warnings* warnings) {
+std::vector<DrawnPicture> draw_pictures(const PsdReport& report, const std::string& directory,
+                                        const PictureOptions& options, Warnings* warnings) {
+  if (options.format == PictureFormat::kNone) return {};
   std::vector<Picture> pictures = {psd_picture(report)};
   if (!report.differences.empty() && report.differences.front().separation.size() > 1)
     pictures.push_back(structure_function_picture(report));
   for (std::size_t i = 0; i < report.data.size(); ++i) {
     const std::string name = i == 0 ? "data" : fmt::format("data_{}", i + 1);
     if (const auto* profile = std::get_if<Profile>(&report.data[i]))
-      pictures.push_back(profile_data_picture(report, *profile, name));
+      pictures.push_back(profile_picture(report, *profile, name));
     else
-      pictures.push_back(
-          map_data_picture(report, std::get<HeightMap>(report.data[i]), report.clear.at(i), name));
+      pictures.push_back(map_picture(report, std::get<HeightMap>(report.data[i]), report.clear.at(i), name));
+    if (report.data.size() > 1 && i < report.files.size())
+      pictures.back().title = "Measurement: " + report.files[i];
   }
-  return draw_pictures(pictures, directory, warnings);
+  return draw(pictures, directory, options, warnings);
 }
 
 }  // namespace aberfit

@@ -1,14 +1,16 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <map>
+#include <optional>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/report/sweep_report.h"
+#include "label_places.h"
 #include "picture.h"
 
 namespace aberfit {
@@ -19,16 +21,11 @@ namespace {
 constexpr std::size_t kMostLines = 7, kMostLinesWithBands = 3;
 constexpr double kLogFromRatio = 20;  // of the largest over the smallest value: shown by its logarithm
 constexpr std::size_t kMostMarks = 60;
-// Okabe & Ito 2008, as the common colours of all pictures.
-constexpr const char* kLineColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
-                                        "#E69F00", "#56B4E9", "#000000"};
 
-// Round numbers at it, a little room at its ends.
-std::string log_axis(const std::string& axis, double low, double high) {
+// A little room at the ends.
+std::string roomy_log_axis(const std::string& axis, double low, double high) {
   constexpr double kRoom = 1.08;
-  return fmt::format(
-      "set logscale {0}\nset format {0} '%g'\nset {0}range [{1:.9g}:{2:.9g}]\nset {0}tics {3}\n", axis,
-      low / kRoom, high * kRoom, log_tics(low / kRoom, high * kRoom));
+  return log_axis(axis, low / kRoom, high * kRoom);
 }
 
 // An axis of a picture: words stand at 0, 1, ... in their order.
@@ -43,14 +40,15 @@ struct SweptAxis {
     if (words.empty()) return row.number[place];
     return double(std::find(words.begin(), words.end(), row.typed[place]) - words.begin());
   }
-  std::string script(const std::string& axis) const {
-    std::string text = fmt::format("set {}label {}\n", axis, gnuplot_text(label));
-    if (is_log) text += log_axis(axis, low, high);
-    if (words.empty()) return text;
-    text += fmt::format("set {}tics (", axis);
+  // `axis`_label, and `axis`_axis: what gnuplot sets for it.
+  void set(const std::string& axis, Picture* picture) const {
+    picture->set(axis + "_label", label);
+    std::string tics;
     for (std::size_t k = 0; k < words.size(); ++k)
-      text += fmt::format("{}{} {}", k ? ", " : "", gnuplot_text(words[k]), k);
-    return text + ")\n";
+      tics += fmt::format("{}{} {}", k ? ", " : "", gnuplot_text(words[k]), k);
+    picture->set(axis + "_axis", is_log         ? roomy_log_axis(axis, low, high)
+                                 : tics.empty() ? std::string()
+                                                : fmt::format("set {}tics ({})", axis, tics));
   }
 };
 
@@ -115,8 +113,7 @@ Groups grouped_values(const std::vector<const SweepRow*>& rows, const SweptAxis&
 }
 
 // x, then the quantiles that bands and line go through.
-void add_curve(const Groups& groups, const std::string& file, const SweptAxis& x,
-               const SweptStatistic& statistic, Picture* picture) {
+PictureColumns quantile_curve(const Groups& groups) {
   std::vector<std::vector<double>> columns(6);
   for (const auto& [at, values] : groups) {
     const SweepQuantiles q = quantiles_of(values);
@@ -125,10 +122,9 @@ void add_curve(const Groups& groups, const std::string& file, const SweptAxis& x
          {std::pair{0, at}, {1, q.q50}, {2, q.q05}, {3, q.q25}, {4, q.q75}, {5, q.q95}})
       columns[std::size_t(k)].push_back(value);
   }
-  std::vector<Eigen::ArrayXd> arrays;
+  PictureColumns arrays;
   for (const std::vector<double>& column : columns) arrays.push_back(array_of(column));
-  picture->add_columns(
-      file, {x.label + ", then of " + statistic.label() + ": median, quantiles 5, 25, 75, 95 %"}, arrays);
+  return arrays;
 }
 
 // What varies besides the first axis, in words, for the lines of a picture.
@@ -164,55 +160,42 @@ std::vector<const SweepRow*> all_rows(const SweepReport& report) {
   return rows;
 }
 
-std::string head_of_curve(const SweepReport& report, const SweptAxis& x, const SweptStatistic& statistic,
-                          const std::string& name) {
-  std::string text = script_head(name, 1000, 700);
-  text += fmt::format("set title {}\n{}set ylabel {}\n", picture_title(statistic.name, report.title),
-                      x.script("x"), gnuplot_text(statistic.label()));
-  if (statistic.is_log) text += log_axis("y", statistic.smallest, statistic.largest);
-  return text;
-}
-
 Picture curve_picture(const SweepReport& report, const SweptAxis& x, const SweptStatistic& statistic) {
-  Picture picture{"curve_" + statistic.file, "", {}};
-  picture.script = head_of_curve(report, x, statistic, picture.name);
+  constexpr std::size_t kManyPoints = 1500;
+  Picture picture("curve_" + statistic.file, report.title, "sweep_curve");
+  picture.title = statistic.name + " over " + x.label;
+  picture.set("statistic", statistic.name);
+  picture.set("y_label", statistic.label());
+  picture.set("y_axis",
+              statistic.is_log ? roomy_log_axis("y", statistic.smallest, statistic.largest) : std::string());
+  x.set("x", &picture);
   if (!report.is_grid) {
     std::vector<double> at, values;
     for (const SweepRow& row : report.rows) at.push_back(x.at(row)), values.push_back(statistic.at(row));
     picture.add_columns(picture.name + ".dat", {x.label + ", " + statistic.label()},
                         {array_of(at), array_of(values)});
-    picture.script += fmt::format(
-        "plot '{}.dat' using 1:2 with points pointtype 7 pointsize 0.5 linecolor rgb '{}' title 'cases'\n",
-        picture.name, kLineColours[0]);
+    picture.set("lines", 0);
+    picture.has_cloud = at.size() > kManyPoints;
     return picture;
   }
   std::vector<SweptLine> lines = lines_of(report, x.place);
   const bool together = lines.empty();  // too many
   if (together) lines = {{"median of all else that varies", all_rows(report)}};
   const bool bands = together || (report.has_seeds && lines.size() <= kMostLinesWithBands);
-  std::string curves;
-  const auto add = [&](const std::string& curve) { curves += (curves.empty() ? "" : kNextCurve) + curve; };
-  for (std::size_t k = 0; k < lines.size(); ++k) {
-    const std::string file = fmt::format("{}_{}.dat", picture.name, k + 1);
-    add_curve(grouped_values(lines[k].rows, x, statistic), file, x, statistic, &picture);
-    if (bands)
-      for (const auto& [columns, opacity, title] :
-           {std::tuple{"3:6", 0.15, "5 to 95 %"}, {"4:5", 0.3, "25 to 75 %"}})
-        add(
-            fmt::format("'{}' using 1:{} with filledcurves fillcolor rgb '{}' fillstyle transparent solid {} "
-                        "noborder {}",
-                        file, columns, kLineColours[k], opacity,
-                        lines.size() == 1 ? fmt::format("title '{}'", title) : "notitle"));
+  std::vector<PictureColumns> curves;
+  std::vector<std::string> labels;
+  for (const SweptLine& line : lines) {
+    curves.push_back(quantile_curve(grouped_values(line.rows, x, statistic)));
+    labels.push_back(line.name.empty() && report.has_seeds ? "median" : line.name);
   }
-  for (std::size_t k = 0; k < lines.size(); ++k) {
-    const std::string file = fmt::format("{}_{}.dat", picture.name, k + 1);
-    const std::string title = lines[k].name.empty() ? report.has_seeds ? "median" : "" : lines[k].name;
-    add(fmt::format(
-        "'{}' using 1:2 with {} linecolor rgb '{}' linewidth 2.5 dashtype 1 pointtype 7 pointsize 0.7 {}",
-        file, grouped_values(lines[k].rows, x, statistic).size() > kMostMarks ? "lines" : "linespoints",
-        kLineColours[k], title.empty() ? "notitle" : "title " + gnuplot_text(title)));
-  }
-  picture.script += "plot " + curves + "\n";
+  picture.add_blocks(
+      picture.name + ".dat",
+      {x.label + ", then of " + statistic.label() + ": median, quantiles 5, 25, 75, 95 %; a block a line"},
+      curves);
+  picture.set("lines", int(lines.size()));
+  picture.set("bands", bands ? int(lines.size()) : 0);
+  picture.set("label", labels);
+  picture.set("mark", std::size_t(curves[0][0].size()) > kMostMarks ? 0.0 : 0.7);
   return picture;
 }
 
@@ -254,27 +237,26 @@ SweptPlane plane_of(const SweepReport& report, const SweptAxis& x, const SweptAx
   return plane;
 }
 
-std::string head_of_plane(const SweepReport& report, const SweptAxis& x, const SweptAxis& y,
-                          const SweptStatistic& statistic, const std::string& name) {
+Picture plane_picture(const SweepReport& report, const SweptAxis& x, const SweptAxis& y,
+                      const SweptStatistic& statistic, const std::string& kind) {
   const bool medians = report.axes.size() > 2 && report.is_grid;
-  std::string text = script_head(name, 1000, 750);
-  text += fmt::format(
-      "set title {}\n{}{}set cblabel {} offset 1.5\nset palette defined (0 '#fde725', 0.25 '#5ec962', 0.5 "
-      "'#21918c', "
-      "0.75 '#3b528b', 1 '#440154')\n",
-      picture_title(statistic.name + (medians ? ", median of all else" : ""), report.title), x.script("x"),
-      y.script("y"), gnuplot_text(statistic.label()));
-  if (statistic.is_log)
-    text += fmt::format("set logscale cb\nset format cb '%g'\nset cbtics {}\n",
-                        log_tics(statistic.smallest, statistic.largest));
-  return text;
+  Picture picture(kind + "_" + statistic.file, report.title, "sweep_" + kind);
+  picture.title = statistic.name + " over " + x.label + " and " + y.label;
+  picture.set("statistic", statistic.name + (medians ? ", median of all else" : ""));
+  picture.set("value_label", statistic.label());
+  x.set("x", &picture);
+  y.set("y", &picture);
+  return picture;
+}
+
+void set_ranges(const std::vector<double>& x, const std::vector<double>& y, Picture* picture) {
+  picture->set("x_low", x.front()), picture->set("x_high", x.back());
+  picture->set("y_low", y.front()), picture->set("y_high", y.back());
 }
 
 Picture map_picture(const SweepReport& report, const SweptAxis& x, const SweptAxis& y,
                     const SweptStatistic& statistic) {
-  Picture picture{"map_" + statistic.file, "", {}};
-  picture.script = head_of_plane(report, x, y, statistic, picture.name);
-  const std::string file = picture.name + ".dat";
+  Picture picture = plane_picture(report, x, y, statistic, "map");
   std::vector<std::vector<double>> columns(7);
   const auto add = [&](std::initializer_list<double> row) {
     std::size_t k = 0;
@@ -287,22 +269,20 @@ Picture map_picture(const SweepReport& report, const SweptAxis& x, const SweptAx
       for (std::size_t i = 0; i < plane.x.size(); ++i)
         if (const double value = plane.median(plane.x[i], plane.y[j]); std::isfinite(value))
           add({plane.x[i], plane.y[j], ex[i], ex[i + 1], ey[j], ey[j + 1], value});
-    picture.script += fmt::format(
-        "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset grid front\nset style fill solid "
-        "noborder\n"
-        "plot '{}' using 1:2:3:4:5:6:7 with boxxyerror linecolor palette notitle\n",
-        ex.front(), ex.back(), ey.front(), ey.back(), file);
+    set_ranges(ex, ey, &picture);
   } else {
     for (const SweepRow& row : report.rows)
       if (const double value = statistic.at(row); std::isfinite(value))
         add({x.at(row), y.at(row), 0, 0, 0, 0, value});
-    picture.script += fmt::format(
-        "plot '{}' using 1:2:7 with points pointtype 7 pointsize 1.2 linecolor palette notitle\n", file);
   }
-  std::vector<Eigen::ArrayXd> arrays;
+  PictureColumns arrays;
   for (const std::vector<double>& column : columns) arrays.push_back(array_of(column));
-  picture.add_columns(file, {x.label + ", " + y.label + ", ends of the cell in both, " + statistic.label()},
+  picture.add_columns(picture.name + ".dat",
+                      {x.label + ", " + y.label + ", ends of the cell in both, " + statistic.label()},
                       arrays);
+  picture.set("cells", int(report.is_grid));
+  picture.set("value_axis",
+              statistic.is_log ? log_axis("cb", statistic.smallest, statistic.largest) : std::string());
   return picture;
 }
 
@@ -329,14 +309,63 @@ std::vector<double> contour_levels(const SweptStatistic& statistic) {
   return levels;
 }
 
-// Lines of equal value with their numbers on them. Nothing where there is no level between the values.
-Picture contour_lines_picture(const SweepReport& report, const SweptAxis& x, const SweptAxis& y,
-                              const SweptStatistic& statistic) {
+// Places of a value between neighbours of the grid, with x and y as parts of the frame.
+struct Crossing {
+  double x, y, part_x, part_y;
+};
+std::vector<Crossing> crossings(const SweptPlane& plane, const SweptAxis& x, const SweptAxis& y,
+                                double level) {
+  const auto part = [](double at, const std::vector<double>& all, bool is_log) {
+    const auto scale = [&](double value) { return is_log ? std::log(value) : value; };
+    return (scale(at) - scale(all.front())) / (scale(all.back()) - scale(all.front()));
+  };
+  std::vector<Crossing> found;
+  for (const double at_y : plane.y)
+    for (std::size_t i = 0; i + 1 < plane.x.size(); ++i) {
+      const double a = plane.median(plane.x[i], at_y) - level, b = plane.median(plane.x[i + 1], at_y) - level;
+      if (!(a * b < 0)) continue;
+      const double at_x = plane.x[i] + a / (a - b) * (plane.x[i + 1] - plane.x[i]);
+      found.push_back({at_x, at_y, part(at_x, plane.x, x.is_log), part(at_y, plane.y, y.is_log)});
+    }
+  return found;
+}
+
+// A label on each line of equal value, near the middle of the frame, where no other is in the way.
+std::string level_labels(const SweptPlane& plane, const SweptAxis& x, const SweptAxis& y,
+                         const std::vector<double>& levels) {
+  constexpr double kFrameWidth = 850, kFrameHeight = 600;  // of the frame [pixels]
+  constexpr double kCharacter = 10, kLine = 24;            // of a label [pixels]
+  std::string rows;
+  std::vector<PixelBox> taken;
+  for (const double level : levels) {
+    const std::string text = fmt::format("{:.6g}", level);
+    std::vector<Crossing> places = crossings(plane, x, y, level);
+    std::stable_sort(places.begin(), places.end(), [](const Crossing& a, const Crossing& b) {
+      return std::hypot(a.part_x - 0.5, a.part_y - 0.5) < std::hypot(b.part_x - 0.5, b.part_y - 0.5);
+    });
+    for (const Crossing& place : places) {
+      const double half = 0.5 * kCharacter * double(text.size() + 1);
+      const PixelBox box{kFrameWidth * place.part_x - half, kFrameWidth * place.part_x + half,
+                         kFrameHeight * place.part_y - 0.5 * kLine,
+                         kFrameHeight * place.part_y + 0.5 * kLine};
+      if (box.left < 0 || box.right > kFrameWidth || box.low < 0 || box.high > kFrameHeight) continue;
+      if (std::any_of(taken.begin(), taken.end(), [&](const PixelBox& other) { return other.overlaps(box); }))
+        continue;
+      taken.push_back(box);
+      rows += fmt::format("{:.9g} {:.9g} {}\n", place.x, place.y, text);
+      break;
+    }
+  }
+  return rows;
+}
+
+// Nothing where there is no level between the values.
+std::optional<Picture> contour_lines_picture(const SweepReport& report, const SweptAxis& x,
+                                             const SweptAxis& y, const SweptStatistic& statistic) {
   const SweptPlane plane = plane_of(report, x, y, statistic);
   const std::vector<double> levels = contour_levels(statistic);
-  if (plane.x.size() < 2 || plane.y.size() < 2 || levels.empty()) return {};
-  Picture picture{"contour_" + statistic.file, "", {}};
-  const std::string file = picture.name + ".dat";
+  if (plane.x.size() < 2 || plane.y.size() < 2 || levels.empty()) return std::nullopt;
+  Picture picture = plane_picture(report, x, y, statistic, "contour");
   std::string data =
       fmt::format("# {}, {}, {}; a block for each {}\n", x.label, y.label, statistic.label(), y.label);
   for (const double at_y : plane.y) {
@@ -345,27 +374,22 @@ Picture contour_lines_picture(const SweepReport& report, const SweptAxis& x, con
                      plane.median(at_x, at_y));
     data += "\n";
   }
-  picture.data.emplace_back(file, data);
-  std::string list;
-  for (const double level : levels) list += fmt::format("{}{:.9g}", list.empty() ? "" : ", ", level);
-  picture.script = head_of_plane(report, x, y, statistic, picture.name);
-  picture.script += fmt::format(
-      "set title {}\nset xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nunset key\nunset colorbox\n"
-      "set view map\nset contour base\nunset surface\nset cntrparam linear\nset cntrparam levels discrete "
-      "{}\n"
-      "set cntrlabel onecolor format '%g' font ',12' start 3 interval 1000\nset style textbox opaque "
-      "noborder margins 0.6,0.4\n"
-      "splot '{}' using 1:2:3 with lines linecolor rgb '{}' linewidth 2 dashtype 1, \\\n"
-      "  '' using 1:2:3 with labels boxed\n",
-      picture_title(statistic.label(), report.title), plane.x.front(), plane.x.back(), plane.y.front(),
-      plane.y.back(), list, file, kTargetColour);
+  picture.data.emplace_back(picture.name + ".dat", data);
+  const std::string labels = level_labels(plane, x, y, levels);
+  if (!labels.empty())
+    picture.data.emplace_back(picture.name + "_labels.dat", fmt::format("# {}, {}, level of {}\n{}", x.label,
+                                                                        y.label, statistic.label(), labels));
+  picture.set("labels", int(!labels.empty()));
+  picture.set("levels", fmt::format("{:.9g}", fmt::join(levels, ", ")));
+  set_ranges(plane.x, plane.y, &picture);
   return picture;
 }
 
 }  // namespace
 
-std::vector<std::string> write_sweep_plots(const SweepReport& report, const std::string& directory,
-                                           Warnings* warnings) {
+std::vector<DrawnPicture> draw_pictures(const SweepReport& report, const std::string& directory,
+                                        const PictureOptions& options, Warnings* warnings) {
+  if (options.format == PictureFormat::kNone) return {};
   const std::size_t places = report.axes.size() - (report.has_seeds ? 1 : 0);
   std::vector<std::size_t> order;  // axes with numbers first
   for (const bool numeric : {true, false})
@@ -381,11 +405,10 @@ std::vector<std::string> write_sweep_plots(const SweepReport& report, const std:
     const SweptAxis y = axis_of(report, order[1]);
     pictures.push_back(map_picture(report, x, y, statistic));
     if (!report.is_grid) continue;
-    if (Picture lines = contour_lines_picture(report, x, y, statistic); !lines.name.empty())
-      pictures.push_back(std::move(lines));
+    if (std::optional<Picture> lines = contour_lines_picture(report, x, y, statistic))
+      pictures.push_back(std::move(*lines));
   }
-  if (pictures.empty()) return {};
-  return draw_pictures(pictures, directory, warnings);
+  return draw(pictures, directory, options, warnings);
 }
 
 }  // namespace aberfit

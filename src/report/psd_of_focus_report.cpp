@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <iterator>
 
-#include "aberfit/core/constants.h"
-#include "json_number.h"
+#include "aberfit/core/units.h"
+#include "aberfit/report/documents.h"
 #include "paragraph.h"
 #include "unknown_text.h"
 
@@ -45,90 +45,66 @@ std::string focus_headline(const PsdOfFocus& result) {
   return "";
 }
 
-std::string number_rows(const PsdOfFocus& result) {
-  std::string text = fmt::format("\n  {:<22} {:>15} {:>9}  {:<36} {:>10}\n", "number", "value", "std",
-                                 fmt::format("{:.3g} % interval", 100 * result.confidence), "start");
+void add_numbers(Page* page, const PsdOfFocus& result) {
+  Page::Table table{
+      "",
+      {"number", "value", "std", fmt::format("{:.3g} % interval", 100 * result.confidence), "start"},
+      "lrrlr"};
   for (const NumberOfFocus& number : result.numbers)
-    text += fmt::format("  {:<22} {:>15} {:>9}  {:<36} {:>10}\n", name_of(number.unknown).substr(0, 22),
-                        number.identified() ? shown(number, number.best) : "-",
-                        number.identified() ? format_percent(number.log_std) : "-", interval_text(number),
-                        format_quantity(number.unknown.start, number.unknown.dimension));
+    table.add({name_of(number.unknown), number.identified() ? shown(number, number.best) : "-",
+               number.identified() ? format_percent(number.log_std) : "-", interval_text(number),
+               format_quantity(number.unknown.start, number.unknown.dimension)});
+  page->parts.push_back(std::move(table));
   for (std::size_t u = 0; u < result.numbers.size(); ++u)
     for (std::size_t v = 0; v < u; ++v)
-      text += fmt::format("  correlation of {} and {}: {:.3f}\n", name_of(result.numbers[v].unknown),
-                          name_of(result.numbers[u].unknown),
-                          result.correlation(Eigen::Index(u), Eigen::Index(v)));
-  return text;
+      page->say("", fmt::format("correlation of {} and {}: {:.3f}", name_of(result.numbers[v].unknown),
+                                name_of(result.numbers[u].unknown),
+                                result.correlation(Eigen::Index(u), Eigen::Index(v))));
+}
+
+std::string match_text(const PsdOfFocus& result) {
+  if (result.is_noise_known)
+    return fmt::format("chi-squared {:.4g} at {} degrees of freedom: chance {:.2g}", result.chi_squared,
+                       result.degrees_of_freedom, result.goodness);
+  return fmt::format(
+      "no noise was given; it is taken from the residuals, up to {:.2g} at {} degrees of "
+      "freedom: chance of their form {:.2g}",
+      result.noise.size() > 0 ? result.noise.maxCoeff() : 0, result.degrees_of_freedom, result.goodness);
 }
 
 }  // namespace
 
-Json to_json(const PsdOfFocus& result, const Json& study, const Provenance& provenance) {
-  Json json = json_document("psd-of-focus", study);
-  json["status"] = to_string(result.status);
-  json["message"] = result.message.empty() ? Json(nullptr) : Json(result.message);
-  json["confidence"] = result.confidence;
-  json["numbers"] = Json::array();
-  for (const NumberOfFocus& number : result.numbers)
-    json["numbers"].push_back({{"pointer", number.unknown.pointer},
-                               {"start", json_number(number.unknown.start)},
-                               {"identified", number.identified()},
-                               {"value", json_number(number.identified() ? number.best : kNaN)},
-                               {"best", json_number(number.best)},
-                               {"relative_std", json_number(number.identified() ? number.log_std : kNaN)},
-                               {"lower", json_number(number.lower_found ? number.lower : kNaN)},
-                               {"upper", json_number(number.upper_found ? number.upper : kNaN)}});
-  json["correlation_of_logarithms"] = Json::array();
-  for (Eigen::Index u = 0; u < result.correlation.rows(); ++u)
-    json["correlation_of_logarithms"].push_back(json_numbers(result.correlation.row(u)));
-  json["chi_squared"] = json_number(result.is_noise_known ? result.chi_squared : kNaN);
-  json["degrees_of_freedom"] = result.degrees_of_freedom;
-  json["goodness"] = json_number(result.goodness);
-  json["noise_factor"] = json_number(result.noise_factor);
-  json["of"] = result.is_one_mirror ? "mirror" : "mean";
-  json["plane_m"] = json_number(result.dz);
-  json["total"] = json_number(result.total);
-  json["background"] = result.is_image ? json_number(result.background) : Json(nullptr);
-  json["centre_pixels"] = result.is_image ? Json::array({result.centre_x, result.centre_y}) : Json(nullptr);
-  json["light"] = {{"kind", result.is_image ? "rings" : "circles"}, {"radius_m", json_numbers(result.radius)},
-                   {"measured", json_numbers(result.measured)},     {"fitted", json_numbers(result.fitted)},
-                   {"noise", json_numbers(result.noise)},           {"spread", json_numbers(result.spread)}};
-  json["evaluations"] = result.evaluations;
-  json["seconds"] = json_number(result.seconds);
-  json["warnings"] = json_warnings(result.warnings);
-  json["provenance"] = to_json(provenance);
-  return json;
-}
-
-std::string summary_table(const PsdOfFocus& result) {
-  std::string text = wrapped(focus_headline(result), kColumns, 2) +
-                     (result.title.empty() ? "" : "\n" + result.title) + "\n\n";
-  text += paragraph(
-      "Light ",
-      fmt::format("{} {} out to {}{}; of {}", result.radius.size(),
-                  result.is_image ? "rings of pixels" : "circles",
-                  metres_text(result.radius.size() > 0 ? result.radius.maxCoeff() : 0),
-                  result.dz == 0 ? "" : fmt::format(", {} from the focus", metres_text(result.dz)),
-                  result.is_one_mirror ? "one mirror: its own departure from the mean counts as noise"
-                                       : "the mean of many mirrors"));
+Page page_of(const PsdOfFocus& result) {
+  Page page;
+  page.headline = focus_headline(result);
+  page.tone = result.status == PsdOfFocusStatus::kFitted ? Page::Tone::kGood : Page::Tone::kOpen;
+  page.title = result.title;
+  page.answers.push_back({"How certain", fmt::format("{} intervals; {}", format_percent(result.confidence),
+                                                     match_text(result))});
+  page.answers.push_back(
+      {"What it rests on",
+       "The mean light of generalised Harvey-Shack for the mirror and the form of PSD in the study."});
+  page.answers.push_back({"What would change it",
+                          "Another noise, another plane or centre, or light that belongs to something else "
+                          "than this roughness."});
+  page.say("Light",
+           fmt::format("{} {} out to {}{}; of {}", result.radius.size(),
+                       result.is_image ? "rings of pixels" : "circles",
+                       metres_text(result.radius.size() > 0 ? result.radius.maxCoeff() : 0),
+                       result.dz == 0 ? "" : fmt::format(", {} from the focus", metres_text(result.dz)),
+                       result.is_one_mirror ? "one mirror: its own departure from the mean counts as noise"
+                                            : "the mean of many mirrors"));
   if (result.is_image)
-    text +=
-        paragraph("Image ", fmt::format("centre at pixel {:.2f}, {:.2f} from the lower left; light {:.6g}, "
-                                        "background {:.4g} a pixel",
-                                        result.centre_x, result.centre_y, result.total, result.background));
+    page.say("Image", fmt::format("centre at pixel {:.2f}, {:.2f} from the lower left; light {:.6g}, "
+                                  "background {:.4g} a pixel",
+                                  result.centre_x, result.centre_y, result.total, result.background));
   else if (result.total != 1)
-    text += paragraph("Light ", fmt::format("{:.5g} of what the curve calls 1", result.total));
-  text += paragraph(
-      "Match ",
-      result.is_noise_known
-          ? fmt::format("chi-squared {:.4g} at {} degrees of freedom: chance {:.2g}", result.chi_squared,
-                        result.degrees_of_freedom, result.goodness)
-          : fmt::format("no noise was given; it is taken from the residuals, up to {:.2g} at {} degrees of "
-                        "freedom: chance of their form {:.2g}",
-                        result.noise.size() > 0 ? result.noise.maxCoeff() : 0, result.degrees_of_freedom,
-                        result.goodness));
-  text += fmt::format("Cost      {} evaluations, {:.2g} s\n", result.evaluations, result.seconds);
-  return text + number_rows(result) + warning_lines(result.warnings);
+    page.say("", fmt::format("{:.5g} of what the curve calls 1", result.total));
+  page.say("Match", match_text(result));
+  page.say("Cost", fmt::format("{} evaluations, {:.2g} s", result.evaluations, result.seconds));
+  add_numbers(&page, result);
+  page.warnings = result.warnings;
+  return page;
 }
 
 std::string focus_csv(const PsdOfFocus& result) {

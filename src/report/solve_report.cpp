@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iterator>
 
-#include "json_number.h"
+#include "aberfit/report/documents.h"
 #include "paragraph.h"
 #include "unknown_text.h"
 
@@ -15,54 +16,53 @@ namespace {
 
 constexpr double kShownAsZero = 5e-9;  // of a margin: what the root leaves
 
-Json point_json(const Specification& spec, const SolvePoint& point) {
-  if (point.at.empty()) return nullptr;
-  Json at = Json::object(), budgets = Json::object();
-  for (std::size_t u = 0; u < point.at.size(); ++u) at[spec.unknowns[u].pointer] = json_number(point.at[u]);
-  for (std::size_t k = 0; k < point.budgets.size(); ++k) {
-    const BudgetState& state = point.budgets[k];
-    Json json{{"value", json_number(state.value)}, {"margin", json_number(state.margin)}};
-    for (std::size_t u = 0; u < state.sensitivity.size(); ++u)
-      json["sensitivity"][spec.unknowns[u].pointer] = json_number(state.sensitivity[u]);
-    budgets[budget_name(spec.budgets[k])] = json;
-  }
-  return {{"at", at}, {"binding", spec.budgets[point.binding].key}, {"budgets", budgets}};
-}
-
 // "*": what binds. Sensitivities are of logarithms: percent of the value for each percent of the unknown.
-std::string budget_rows(const Specification& spec, const SolvePoint& point) {
-  std::string text;
+void add_budgets(Page* page, const std::string& title, const Specification& spec, const SolvePoint& point,
+                 bool sensitivities) {
+  Page::Table table{title, {"", "budget", "value", "limit", "margin", "room"}, "llrlrr"};
+  for (std::size_t u = 0; u < (sensitivities ? spec.unknowns.size() : 0); ++u)
+    table.heads.push_back("%/% " + name_of(spec.unknowns[u])), table.align += 'r';
   for (std::size_t k = 0; k < point.budgets.size(); ++k) {
     const Budget& budget = spec.budgets[k];
     const BudgetState& state = point.budgets[k];
-    std::string sensitivity;
-    for (const double one : state.sensitivity) sensitivity += fmt::format(" {:>10.4g}", one);
     const double room = budget.at_most ? budget.limit - state.value : state.value - budget.limit;
-    text += fmt::format(
-        "  {} {:<20} {:>13} {:<16} {:>8} {:>13}{}\n",
-        k == point.binding && point.budgets.size() > 1 ? "*" : " ", budget.key,
-        in_budget_unit(budget, state.value), budget.bound,
-        std::abs(state.margin) < kShownAsZero ? "0 %" : fmt::format("{:.3g} %", 100 * state.margin),
-        std::abs(state.margin) < kShownAsZero ? "-" : in_budget_unit(budget, room), sensitivity);
+    const bool at_limit = std::abs(state.margin) < kShownAsZero;
+    std::vector<std::string> cells = {k == point.binding && point.budgets.size() > 1 ? "*" : "",
+                                      budget.key,
+                                      in_budget_unit(budget, state.value),
+                                      budget.bound,
+                                      at_limit ? "0 %" : fmt::format("{:.3g} %", 100 * state.margin),
+                                      at_limit ? "-" : in_budget_unit(budget, room)};
+    for (std::size_t u = 0; u < (sensitivities ? state.sensitivity.size() : 0); ++u)
+      cells.push_back(fmt::format("{:.4g}", state.sensitivity[u]));
+    table.add(std::move(cells), state.margin < -kShownAsZero ? Page::Tone::kBad : Page::Tone::kPlain);
   }
-  return text;
+  page->parts.push_back(std::move(table));
 }
 
-// Of a column of ten: the last word of a long name, cut where that is long, too.
-std::string short_name_of(const SolveUnknown& unknown) {
-  constexpr std::size_t kRoom = 6;
-  std::string name = name_of(unknown);
-  if (name.size() > kRoom && name.find('_') != std::string::npos) name = name.substr(name.rfind('_') + 1);
-  return name.size() > kRoom ? name.substr(0, kRoom - 1) + "." : name;
+void add_uses(Page* page, const Specification& spec) {
+  for (std::size_t k = 0; k < spec.budgets.size() && !spec.uses.empty(); ++k) {
+    const Budget& budget = spec.budgets[k];
+    Page::Table table{fmt::format("{} {}: who uses it; {} with perfect optics", budget.key, budget.bound,
+                                  in_budget_unit(budget, spec.perfect[k].value)),
+                      {"", "alone", "all but this"},
+                      "lrr"};
+    for (const BudgetUse& use : spec.uses)
+      table.add({use.name, in_budget_unit(budget, use.alone[k]), in_budget_unit(budget, use.without[k])});
+    page->parts.push_back(std::move(table));
+  }
 }
 
-std::string head_of_rows(const Specification& spec, bool sensitivities) {
-  std::string text =
-      fmt::format("    {:<20} {:>13} {:<16} {:>8} {:>13}", "budget", "value", "limit", "margin", "room");
-  if (sensitivities)
-    for (const SolveUnknown& unknown : spec.unknowns)
-      text += fmt::format(" {:>10}", "%/% " + short_name_of(unknown));
-  return text + "\n";
+void add_solution(Page* page, const Specification& spec, const SolvePoint& solution) {
+  const auto shown = [&](double value) { return six_digits(value, spec.unknowns[0].dimension); };
+  std::string title =
+      fmt::format("{} = {}: budgets hold {} it; found between {} and {}", name_of(spec.unknowns[0]),
+                  shown(solution.at[0]), solution.holds_below ? "below" : "above", shown(solution.bracket[0]),
+                  shown(solution.bracket[1]));
+  for (std::size_t u = 1; u < spec.unknowns.size(); ++u)
+    title += fmt::format("; at {} = {}", name_of(spec.unknowns[u]),
+                         six_digits(solution.at[u], spec.unknowns[u].dimension));
+  add_budgets(page, title, spec, solution, true);
 }
 
 std::string solve_headline(const Specification& spec) {
@@ -76,116 +76,74 @@ std::string solve_headline(const Specification& spec) {
       spec.confidence > 0 ? fmt::format(" for {} of the mirrors", format_percent(spec.confidence)) : "");
 }
 
-}  // namespace
-
-Json to_json(const Specification& spec, const Json& study, const Provenance& provenance) {
-  Json json = json_document("solve", study);
-  json["status"] = to_string(spec.status);
-  json["theory"] = to_string(spec.theory);
-  json["confidence"] = spec.confidence > 0 ? Json(spec.confidence) : Json(nullptr);
-  json["plate_scale_rad_per_m"] = json_number(1 / spec.focal_length);
-  json["unknowns"] = Json::array();
-  for (const SolveUnknown& unknown : spec.unknowns)
-    json["unknowns"].push_back({{"pointer", unknown.pointer}, {"start", json_number(unknown.start)}});
-  json["budgets"] = Json::array();
-  for (std::size_t k = 0; k < spec.budgets.size(); ++k) {
-    const Budget& budget = spec.budgets[k];
-    json["budgets"].push_back({{"name", budget_name(budget)},
-                               {"bound", budget.bound},
-                               {"at_most", budget.at_most},
-                               {"limit", json_number(budget.limit)},
-                               {"without_roughness", json_number(spec.perfect[k].value)},
-                               {"met_alone_at", spec.alone[k]}});
-  }
-  json["range"] = Json::array();
-  for (const RangeEnd& end : spec.range)
-    json["range"].push_back({{"value", json_number(end.value)}, {"why", end.why}});
-  json["start"] = point_json(spec, spec.start);
-  json["solutions"] = Json::array();
-  for (const SolvePoint& solution : spec.solutions) {
-    Json one = point_json(spec, solution);
-    one["bracket"] = solution.bracket;
-    one["holds"] = solution.holds_below ? "below" : "above";
-    json["solutions"].push_back(one);
-  }
-  json["nearest"] = point_json(spec, spec.nearest);
-  json["reason"] = spec.reason.empty() ? Json(nullptr) : Json(spec.reason);
-  json["contour"] = nullptr;
-  if (!spec.contour.points.empty()) {
-    Json points = Json::array();
-    for (const SolvePoint& point : spec.contour.points) points.push_back(point_json(spec, point));
-    json["contour"] = {{"closed", spec.contour.is_closed}, {"ends", spec.contour.ends}, {"points", points}};
-  }
-  json["uses"] = Json::array();
-  for (const BudgetUse& use : spec.uses) {
-    Json one{{"name", use.name}};
-    for (std::size_t k = 0; k < spec.budgets.size(); ++k) {
-      one["alone"][budget_name(spec.budgets[k])] = json_number(use.alone[k]);
-      one["without"][budget_name(spec.budgets[k])] = json_number(use.without[k]);
-    }
-    json["uses"].push_back(one);
-  }
-  json["evaluations"] = spec.evaluations;
-  json["seconds"] = json_number(spec.seconds);
-  json["warnings"] = json_warnings(spec.warnings);
-  json["provenance"] = to_json(provenance);
-  return json;
+void add_answers(Page* page, const Specification& spec) {
+  const auto say = [&](const char* label, std::string text) {
+    page->answers.push_back({label, std::move(text)});
+  };
+  say("How certain",
+      spec.confidence > 0
+          ? "The budgets hold for " + format_percent(spec.confidence) + " of such mirrors."
+          : "The budgets hold for the mean light of such mirrors; `confidence` in `solve` asks "
+            "for a share of single mirrors instead. The value found is exact to 1e-11.");
+  say("What it rests on",
+      std::string(spec.theory == Theory::kGhs ? "Generalised" : "Geometric") +
+          " Harvey-Shack for a stationary, isotropic, Gaussian roughness with the PSD that is given.");
+  if (spec.solutions.empty()) return;
+  const SolvePoint& first = spec.solutions.front();
+  const BudgetState& state = first.budgets[first.binding];
+  if (!state.sensitivity.empty())
+    say("What would change it",
+        fmt::format("{} limits: 1 % more {} changes it by {:+.3g} %.", spec.budgets[first.binding].key,
+                    name_of(spec.unknowns[0]), state.sensitivity[0]));
 }
 
-std::string summary_table(const Specification& spec) {
+}  // namespace
+
+Page page_of(const Specification& spec) {
   const SolveUnknown& unknown = spec.unknowns.front();
+  const std::string name = name_of(unknown);
   const auto shown = [&](double value) { return six_digits(value, unknown.dimension); };
-  std::string text = solve_headline(spec) + (spec.title.empty() ? "" : "   " + spec.title) + "\n\n";
-  text += fmt::format("Theory    {}; plate scale 1/f = {:.5g} arcsec/mm\n", to_string(spec.theory),
-                      1e-3 / spec.focal_length / unit_factor("arcsec", Dimension::kAngle));
+  Page page;
+  page.headline = solve_headline(spec);
+  page.tone = spec.status == SolveStatus::kSolved ? Page::Tone::kGood : Page::Tone::kOpen;
+  if (!spec.reason.empty()) page.advice.push_back(spec.reason);
+  if (!spec.solutions.empty())
+    page.advice.push_back(
+        fmt::format("Specify it: put the value into {} of the study, and `aberfit fit` finds "
+                    "the terms of such a mirror.",
+                    unknown.pointer));
+  add_answers(&page, spec);
+  page.title = spec.title;
+  page.say("Theory", fmt::format("{}; plate scale 1/f = {:.5g} arcsec/mm", to_string(spec.theory),
+                                 1e-3 / spec.focal_length / unit_factor("arcsec", Dimension::kAngle)));
   if (spec.confidence > 0)
-    text +=
-        paragraph("Mirrors", fmt::format("values are those that {} of the mirrors of such a roughness are "
-                                         "no worse than, not those of their mean light",
-                                         format_percent(spec.confidence)));
-  text +=
-      paragraph("Range ", fmt::format("{} from {} ({}) to {} ({}); start {}", name_of(unknown),
-                                      shown(spec.range[0].value), spec.range[0].why,
-                                      shown(spec.range[1].value), spec.range[1].why, shown(unknown.start)));
-  text += fmt::format("Cost      {} evaluations, {:.2g} s\n", spec.evaluations, spec.seconds);
-  if (!spec.reason.empty()) text += "\n" + paragraph("Why   ", spec.reason);
-  for (const SolvePoint& solution : spec.solutions) {
-    text += fmt::format("\n{} = {}: budgets hold {} it; found between {} and {}\n", name_of(unknown),
-                        shown(solution.at[0]), solution.holds_below ? "below" : "above",
-                        shown(solution.bracket[0]), shown(solution.bracket[1]));
-    for (std::size_t u = 1; u < spec.unknowns.size(); ++u)
-      text += fmt::format("  at {} = {}\n", name_of(spec.unknowns[u]),
-                          six_digits(solution.at[u], spec.unknowns[u].dimension));
-    text += head_of_rows(spec, true) + budget_rows(spec, solution);
-  }
-  for (std::size_t k = 0; k < spec.budgets.size() && !spec.uses.empty(); ++k) {
-    const Budget& budget = spec.budgets[k];
-    text +=
-        fmt::format("\n{} {}: who uses it; {} with perfect optics\n    {:<24} {:>16} {:>16}\n", budget.key,
-                    budget.bound, in_budget_unit(budget, spec.perfect[k].value), "", "alone", "all but this");
-    for (const BudgetUse& use : spec.uses)
-      text += fmt::format("    {:<24} {:>16} {:>16}\n", use.name.substr(0, 24),
-                          in_budget_unit(budget, use.alone[k]), in_budget_unit(budget, use.without[k]));
-  }
+    page.say("Mirrors",
+             fmt::format("values are those that {} of the mirrors of such a roughness are no worse "
+                         "than, not those of their mean light",
+                         format_percent(spec.confidence)));
+  page.say("Range", fmt::format("{} from {} ({}) to {} ({}); start {}", name, shown(spec.range[0].value),
+                                spec.range[0].why, shown(spec.range[1].value), spec.range[1].why,
+                                shown(unknown.start)));
+  page.say("Cost", fmt::format("{} evaluations, {:.2g} s", spec.evaluations, spec.seconds));
+  for (const SolvePoint& solution : spec.solutions) add_solution(&page, spec, solution);
+  add_uses(&page, spec);
   if (!spec.nearest.at.empty())
-    text += fmt::format("\nNearest, {} = {}\n", name_of(unknown), shown(spec.nearest.at[0])) +
-            head_of_rows(spec, false) + budget_rows(spec, spec.nearest);
-  text += fmt::format("\nThe study's own, {} = {}\n", name_of(unknown), shown(unknown.start)) +
-          head_of_rows(spec, false) + budget_rows(spec, spec.start);
-  if (!spec.contour.points.empty()) {
-    const auto& points = spec.contour.points;
-    text +=
-        fmt::format("\nContour of {} points, {} to {} in {}: contour.csv\n", points.size(),
-                    six_digits(points.front().at[1], spec.unknowns[1].dimension),
-                    six_digits(points.back().at[1], spec.unknowns[1].dimension), name_of(spec.unknowns[1]));
-  }
-  return text + warning_lines(spec.warnings);
+    add_budgets(&page, fmt::format("Nearest, {} = {}", name, shown(spec.nearest.at[0])), spec, spec.nearest,
+                false);
+  add_budgets(&page, fmt::format("The study's own, {} = {}", name, shown(unknown.start)), spec, spec.start,
+              false);
+  if (const auto& points = spec.contour.points; !points.empty())
+    page.say("Contour", fmt::format("{} points, {} to {} in {}: contour.csv", points.size(),
+                                    six_digits(points.front().at[1], spec.unknowns[1].dimension),
+                                    six_digits(points.back().at[1], spec.unknowns[1].dimension),
+                                    name_of(spec.unknowns[1])));
+  page.warnings = spec.warnings;
+  return page;
 }
 
 std::string contour_csv(const Specification& spec) {
   std::string text;
-  for (const SolveUnknown& unknown : spec.unknowns)
-    text += name_of(unknown) + unit_suffix(unknown.dimension) + ",";
+  for (const SolveUnknown& unknown : spec.unknowns) text += column_of(unknown) + ",";
   for (const Budget& budget : spec.budgets)
     text += fmt::format("{0},{1}_margin,", budget_name(budget), budget.key);
   text += "binding\n";

@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/text.h"
 #include "aberfit/core/units.h"
 #include "aberfit/focus/statistic.h"
-#include "json_number.h"
-#include "paragraph.h"
+#include "aberfit/report/documents.h"
+#include "short_labels.h"
 
 namespace aberfit {
 using namespace internal;
@@ -53,6 +54,12 @@ std::string range_text(double low, double high, const std::string& name) {
 std::size_t place_of(const SweepReport& report, const std::string& statistic) {
   return std::size_t(std::find(report.statistics.begin(), report.statistics.end(), statistic) -
                      report.statistics.begin());
+}
+
+std::vector<std::string> axis_labels(const SweepReport& report) {
+  std::vector<std::string> pointers;
+  for (const SweepAxis& axis : report.axes) pointers.push_back(axis.pointer);
+  return short_labels(pointers);
 }
 
 SweepQuantiles over_all_rows(const SweepReport& report, std::size_t statistic) {
@@ -138,87 +145,54 @@ std::string quantiles_csv(const SweepReport& report) {
   return text;
 }
 
-Json to_json(const SweepReport& report, const Json& study, const Provenance& provenance) {
-  Json json = json_document("sweep", study);
-  json["run"] = report.run;
-  json["axes"] = Json::array();
-  for (const SweepAxis& axis : report.axes)
-    json["axes"].push_back({{"pointer", axis.pointer},
-                            {"unit", axis.unit.empty() ? Json(nullptr) : Json(axis.unit)},
-                            {"numeric", axis.is_numeric}});
-  json["cases"] = {{"planned", report.planned},
-                   {"recorded", report.rows.size()},
-                   {"done", report.rows.size() - report.failed()},
-                   {"failed", report.failed()}};
-  json["statistics"] = Json::object();
-  for (std::size_t s = 0; s < report.statistics.size(); ++s) {
-    const SweepQuantiles q = over_all_rows(report, s);
-    json["statistics"][report.statistics[s]] = {{"count", q.count},
-                                                {"mean", json_number(q.mean)},
-                                                {"smallest", json_number(q.smallest)},
-                                                {"median", json_number(q.q50)},
-                                                {"largest", json_number(q.largest)}};
-  }
-  Json verdicts = Json::object();
-  for (const SweepRow& row : report.rows)
-    if (!row.verdict.empty()) verdicts[row.verdict] = verdicts.value(row.verdict, 0) + 1;
-  json["verdicts"] = verdicts.empty() ? Json(nullptr) : verdicts;
-  json["failures"] = Json::array();
-  double seconds = 0;
-  for (const SweepRow& row : report.rows) {
-    seconds += row.seconds;
-    if (!row.failed) continue;
-    Json at = Json::object();
-    for (std::size_t k = 0; k < report.axes.size(); ++k) at[report.axes[k].pointer] = row.typed[k];
-    json["failures"].push_back({{"index", row.index}, {"id", row.id}, {"at", at}, {"error", row.error}});
-  }
-  json["seconds"] = json_number(seconds);
-  json["warnings"] = json_warnings(report.warnings);
-  json["provenance"] = to_json(provenance);
-  return json;
-}
-
-std::string summary_table(const SweepReport& report) {
+Page page_of(const SweepReport& report) {
   const std::size_t failed = report.failed();
-  std::string text = fmt::format("{}: {} of {} cases", report.is_complete() ? "SWEPT" : "NOT COMPLETE",
-                                 grouped(double(report.rows.size())), grouped(double(report.planned)));
-  text += failed > 0 ? fmt::format(", {} failed\n", grouped(double(failed))) : "\n";
+  Page page;
+  page.title = report.title;
+  page.headline = fmt::format("{}: {} of {} cases", report.is_complete() ? "SWEPT" : "NOT COMPLETE",
+                              grouped(double(report.rows.size())), grouped(double(report.planned)));
+  if (failed > 0) page.headline += fmt::format(", {} failed", grouped(double(failed)));
+  page.tone = report.is_complete() && failed == 0 ? Page::Tone::kGood : Page::Tone::kOpen;
+  page.answers.push_back({"How certain", fmt::format("{} of {} cases have a result.",
+                                                     report.rows.size() - failed, report.planned)});
+  page.answers.push_back(
+      {"What it rests on",
+       "Each case is a study of its own, as cases.csv has it; what was computed of it: " + report.run + "."});
+  page.answers.push_back(
+      {"What would change it",
+       "More realisations or finer steps in `vary`; cases that are done are not run again."});
+  const std::vector<std::string> labels = axis_labels(report);
+  Page::Table axes{"", {"what varies", "from .. to"}, "ll"};
   for (std::size_t k = 0; k < report.axes.size(); ++k) {
-    const SweepAxis& axis = report.axes[k];
     std::vector<double> numbers;
     for (const SweepRow& row : report.rows) numbers.push_back(row.number[k]);
     const SweepQuantiles q = quantiles_of(std::move(numbers));
-    text += fmt::format("  {:<40} {}\n", axis.pointer,
-                        axis.is_numeric && q.count > 0
-                            ? fmt::format("{:.6g} .. {:.6g} {}", q.smallest, q.largest, axis.unit)
-                            : "words");
+    axes.add({labels[k], report.axes[k].is_numeric && q.count > 0
+                             ? fmt::format("{:.6g} .. {:.6g} {}", q.smallest, q.largest, report.axes[k].unit)
+                             : "words"});
   }
-  text += fmt::format("\n  {:<32} {:>28} {:>14} {:>8}\n", "statistic", "range", "median", "cases");
+  page.parts.push_back(std::move(axes));
+  Page::Table table{"", {"statistic", "range", "median", "cases"}, "lrrr"};
   for (const std::string& name : report.shown) {
     const SweepQuantiles q = over_all_rows(report, place_of(report, name));
-    text += fmt::format("  {:<32} {:>28} {:>14} {:>8}\n", name_without_unit(name),
-                        range_text(q.smallest, q.largest, name),
-                        format_quantity(q.q50, dimension_of_name(name)), q.count);
+    table.add({name_without_unit(name), range_text(q.smallest, q.largest, name),
+               format_quantity(q.q50, dimension_of_name(name)), std::to_string(q.count)});
   }
-  std::vector<std::pair<std::string, std::size_t>> verdicts;
-  for (const SweepRow& row : report.rows) {
-    if (row.verdict.empty()) continue;
-    auto at = std::find_if(verdicts.begin(), verdicts.end(),
-                           [&](const auto& known) { return known.first == row.verdict; });
-    if (at == verdicts.end()) at = verdicts.insert(at, {row.verdict, 0});
-    ++at->second;
-  }
-  for (const auto& [verdict, count] : verdicts) text += fmt::format("  {} {}\n", count, verdict);
+  page.parts.push_back(std::move(table));
+  std::map<std::string, int> verdicts;
+  for (const SweepRow& row : report.rows)
+    if (!row.verdict.empty()) ++verdicts[row.verdict];
+  for (const auto& [verdict, count] : verdicts) page.say("Verdict", fmt::format("{} {}", count, verdict));
   std::size_t told = 0;
   for (const SweepRow& row : report.rows) {
     if (!row.failed) continue;
     if (++told > kMostToldFailures) break;
     std::string at;
-    for (std::size_t k = 0; k < report.axes.size(); ++k)
-      at += (k ? ", " : "") + report.axes[k].pointer + " " + row.typed[k];
-    text += paragraph("failed: ", at + ": " + row.error);
+    for (std::size_t k = 0; k < labels.size(); ++k) at += (k ? ", " : "") + labels[k] + " " + row.typed[k];
+    page.say("failed", at + ": " + row.error);
   }
-  return text + warning_lines(report.warnings);
+  page.warnings = report.warnings;
+  return page;
 }
 
 }  // namespace aberfit

@@ -18,8 +18,14 @@ std::string unit_suffix(Dimension dimension) {
 }
 
 std::string name_of(const SolveUnknown& unknown) {
+  const std::string name = unknown.pointer.substr(unknown.pointer.rfind('/') + 1);
+  return unknown.part.empty() ? name : name + " of " + unknown.part;
+}
+
+std::string column_of(const SolveUnknown& unknown) {
   const std::string head = "/roughness/psd/";
-  return unknown.pointer.starts_with(head) ? unknown.pointer.substr(head.size()) : unknown.pointer;
+  return (unknown.pointer.starts_with(head) ? unknown.pointer.substr(head.size()) : unknown.pointer) +
+         unit_suffix(unknown.dimension);
 }
 
 std::string six_digits(double value, Dimension dimension) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "aberfit/core/errors.h"
 #include "clear_of.h"
 #include "polygon.h"
 
@@ -50,8 +51,9 @@ void describe_known_zernikes(Visitor& v, Mirror& mirror) {
 
 void describe_mirror(Visitor& v, Mirror& mirror) {
   v.object(
-      {"mirror", "the mirror without roughness: a conic, even powers, known Zernikes", kRequired}, nullptr,
-      [&](Visitor& m) {
+      {"mirror", "the mirror without roughness: a conic, even powers, known Zernikes", kRequired,
+       R"({"focal_length": "2.8 m"})"},
+      nullptr, [&](Visitor& m) {
         m.quantity({"focal_length", "paraxial focal length [m]", kRequired, "\"2.8 m\""}, mirror.focal_length,
                    kLength, Range::positive());
         m.quantity({"conic", "conic constant: -1 parabola, 0 sphere"}, mirror.conic, kNumber, Range::any());
@@ -185,7 +187,8 @@ void describe_aperture(Visitor& v, Study& study) {
     spec = *study.obstructed;
   else
     std::visit([&](const auto& shape) { spec.shape = shape; }, study.aperture);
-  v.object({"aperture", "clear aperture, centred on the axis unless a polygon says otherwise", kRequired},
+  v.object({"aperture", "clear aperture, centred on the axis unless a polygon says otherwise", kRequired,
+            R"({"shape": "circle", "diameter": "0.4 m"})"},
            nullptr, [&](Visitor& a) {
              a.kind({"shape", "outline; the keys beside it belong to the shape", kRequired}, spec.shape,
                     {{"circle", CircleAperture{}},
@@ -243,8 +246,9 @@ void describe(Visitor& v, Band& band) {
 }
 
 void describe_light(Visitor& v, Light& light) {
-  v.object({"light", "collimated light along the axis, of one wavelength or of a band", kRequired}, nullptr,
-           [&](Visitor& l) {
+  v.object({"light", "collimated light along the axis, of one wavelength or of a band", kRequired,
+            R"({"wavelength": "632.8 nm"})"},
+           nullptr, [&](Visitor& l) {
              std::optional<double> wavelength;
              std::optional<Band> band;
              if (!l.reading() && light.is_band()) band = Band{{}, {}, {}, light.lines()};
@@ -254,7 +258,9 @@ void describe_light(Visitor& v, Light& light) {
              l.optional_object({"band", "a filter: energies of its lines add"}, band, describe);
              if (!l.reading()) return;
              l.check(wavelength.has_value() != band.has_value(), wavelength ? "band" : "wavelength",
-                     wavelength ? "a band beside wavelength" : "nothing", "a wavelength, or a band");
+                     wavelength ? "a band beside wavelength" : kMissing,
+                     wavelength ? "a wavelength, or a band"
+                                : "light needs \"wavelength\": \"632.8 nm\", or a \"band\"");
              if (wavelength) light = *wavelength;
              if (band && band->from && band->to)
                light = band_of_light(*band->from, *band->to, band->count.value_or(5));
@@ -364,11 +370,13 @@ void describe_trace(Visitor& v, TraceSpec& trace, const Aperture& aperture) {
     t.word_or_object(
         {"normals", "surface normals: analytic, or by central differences with a step"}, differences,
         {"analytic"}, analytic, [&](Visitor& n) {
-          n.object({"central_difference", "differences of the height", kRequired}, nullptr, [&](Visitor& c) {
-            double step = trace.central_difference_step.value_or(0);
-            c.quantity({"step", "step [m]", kRequired, "\"1 um\""}, step, kLength, Range::positive());
-            trace.central_difference_step = step;
-          });
+          n.object(
+              {"central_difference", "differences of the height", kRequired, R"({"step": "1 um"})"}, nullptr,
+              [&](Visitor& c) {
+                double step = trace.central_difference_step.value_or(0);
+                c.quantity({"step", "step [m]", kRequired, "\"1 um\""}, step, kLength, Range::positive());
+                trace.central_difference_step = step;
+              });
         });
     if (!differences) trace.central_difference_step.reset();
     t.choice_of({"centre", "centre of the statistics: nominal focus or centroid"}, trace.centre,
@@ -402,7 +410,12 @@ void describe_fit(Visitor& v, FitSpec& fit) {
 void describe_study(Visitor& v, Study& study) {
   std::int64_t version = 1;
   v.integer({"aberfit", "version of the study format", kRequired, "1"}, version, 1, 1);
-  v.text({"title", "for people"}, study.title, true);
+  v.text({"$schema", "where an editor finds the schema of this format, as `aberfit schema` prints it",
+          kOptional, "\"./aberfit.schema.json\""},
+         study.schema, true);
+  v.text({"title", "a line for people", kOptional, "\"0.4 m f/7 paraboloid\""}, study.title, true);
+  v.text({"description", "what the study is for, where its numbers come from; goes with the result"},
+         study.description, true);
   describe_mirror(v, study.mirror);
   describe_aperture(v, study);
   describe_light(v, study.wavelength);
@@ -423,7 +436,10 @@ void describe_study(Visitor& v, Study& study) {
                Range{0.5, 1, true, true});
   });
   v.object({"output", "what is written besides the result"}, nullptr, [&](Visitor& o) {
-    o.boolean({"plots", "whether pictures are drawn"}, study.output.plots);
+    o.choice_of({"pictures",
+                 "files that pictures become: SVG, PNG or PDF; auto: SVG for curves, PNG for maps; none: no "
+                 "pictures"},
+                study.output.pictures, picture_format_names());
     std::vector<std::size_t> exports;
     for (const ExportFormat format : study.output.exports) exports.push_back(std::size_t(format));
     o.choices({"export", "the fitted surface for other programs", kOptional,
@@ -438,7 +454,12 @@ void describe_study(Visitor& v, Study& study) {
          "`trace` and `check`"},
         study.output.arrays, array_format_names());
   });
-  describe_verify(v, study.verify);
+  v.object({"verify", "how `aberfit verify` compares"}, nullptr, [&](Visitor& w) {
+    w.integer({"draws",
+               "surfaces drawn for the ensemble means, a multiple of 16; absent: as many as the margin needs",
+               kOptional, "256"},
+              study.verify_draws, 2, 1000000);
+  });
   v.optional_object({"solve", "which roughness meets a budget, for `aberfit solve`"}, study.solve,
                     describe_solve);
   v.optional_object({"vary", "studies that differ from this one in a few values, for `aberfit sweep`"},

@@ -18,8 +18,6 @@ void describe_measured_psd(Visitor& v, MeasuredPsd& measured);
 void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map, double focal_length);
 /// The keys of target.map.
 void describe_map_target(Visitor& v, MapTarget& target);
-/// The `verify` block.
-void describe_verify(Visitor& v, VerifySpec& verify);
 
 /// A length in the plane of the focus, or an angle on the sky, which stays a text: only f makes a length of
 /// it.

@@ -59,7 +59,7 @@ void describe_correlation(Visitor& v, double& correlation) {
 
 void describe(Visitor& v, KCorrelationPsd& m) {
   std::optional<double> rms, amplitude;
-  if (!v.reading()) rms = m.rms;
+  if (!v.reading() && m.rms > 0) rms = m.rms;
   v.quantity({"rms", "RMS surface height inside the band [m]; this or amplitude", kOptional, "\"20 nm\""},
              rms, kLength, kRoughnessHeight);
   v.quantity(
@@ -201,11 +201,14 @@ void describe_psd_block(Visitor& v, RoughnessModel& node) {
           {"measured", MeasuredPsd{}},
           {"sum", RoughnessSum{}}});
   std::visit([&](auto& model) { describe(v, model); }, node.model);
+  v.text({"name", "what people call this roughness, such as a part of a sum", kOptional, "\"polishing\""},
+         node.name, true);
 }
 
 void describe_roughness(Visitor& v, std::optional<RoughnessModel>& roughness) {
-  v.optional_object({"roughness", "surface roughness; needed unless every statistic has a value"}, roughness,
-                    [](Visitor& r, RoughnessModel& node) {
+  v.optional_object({"roughness", "surface roughness; needed unless every statistic has a value", kUsual,
+                     R"({"psd": {"model": "uniform", "rms": "20 nm", "f_min": "2.5 /m", "f_max": "40 /m"}})"},
+                    roughness, [](Visitor& r, RoughnessModel& node) {
                       r.object(
                           {"psd", "isotropic two-dimensional, two-sided PSD of surface height", kRequired},
                           nullptr, [&](Visitor& psd) { describe_psd_block(psd, node); }, "psd");

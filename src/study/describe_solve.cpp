@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "aberfit/core/errors.h"
 #include "describe.h"
 
 namespace aberfit::internal {
@@ -69,8 +70,10 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
   v.optional_object({"focus", "instead of `so_that`: a measured focus, whose roughness is looked for"},
                     solve.focus, describe_focus);
   v.check(solve.unknowns.empty() == solve.ceilings.has_value(), solve.ceilings ? "ceilings" : "for",
-          solve.ceilings ? "beside `for`" : "nothing",
-          "one of both: `for`, numbers of the roughness, or `ceilings`, which need none");
+          solve.ceilings ? "beside `for`" : kMissing,
+          solve.ceilings ? "one of both: `for`, numbers of the roughness, or `ceilings`, which need none"
+                         : "solve needs \"for\": [\"/roughness/psd/rms\"], numbers of the roughness, or "
+                           "\"ceilings\": {}, which need none");
   for (std::size_t k = 1; k < solve.unknowns.size(); ++k) {
     const auto here = solve.unknowns.begin() + std::ptrdiff_t(k);
     v.check(std::find(solve.unknowns.begin(), here, *here) == here, fmt::format("for/{}", k),
@@ -91,11 +94,13 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
        "structure@10mm (root where the bound is a length), scatter_rms; <= or >= and a quantity, heights "
        "also "
        "as lambda/20",
-       kOptional, R"({"ee80_diameter": "<= 0.6 arcsec"})"},
+       kOptional, R"({"ee80_diameter": "<= 0.6 arcsec"})", "It begins with <= or >=; a quantity follows."},
       bounds, patterns, R"(\s*(<=|>=).*)");
   v.check(bounds.empty() == solve.focus.has_value(), solve.focus ? "focus" : "so_that",
-          solve.focus ? "beside `so_that`" : "nothing",
-          "one of both: `so_that`, budgets that have to hold, or `focus`, a measurement");
+          solve.focus ? "beside `so_that`" : kMissing,
+          solve.focus ? "one of both: `so_that`, budgets that have to hold, or `focus`, a measurement"
+                      : "solve needs \"so_that\": {\"ee80_diameter\": \"<= 0.6 arcsec\"}, budgets that have "
+                        "to hold, or \"focus\", a measurement");
   v.check(!(solve.focus && (solve.ceilings || solve.confidence)), "focus",
           solve.ceilings ? "beside ceilings" : "beside confidence", "with `for` alone");
   v.quantity({"contour_decades",
@@ -117,7 +122,8 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
     try {
       solve.budgets.push_back(parse_budget(key, bound));
     } catch (const UnitError& error) {
-      v.check(false, "so_that/" + key, error.what(), "e.g. \"<= 0.6 arcsec\"");
+      v.check(false, "so_that/" + key, error.what(),
+              "<= or >= and a quantity of its kind, as `aberfit solve --help` lists them");
     }
   }
 }

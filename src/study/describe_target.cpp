@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "aberfit/core/text.h"
 #include "describe.h"
 #include "statistic_key.h"
 
@@ -23,6 +24,11 @@ void describe_radius(Visitor& v, StatisticRequest& s, double focal_length, doubl
   s.value = std::nullopt;
   if (!extent) return;
   const auto* angle = std::get_if<std::string>(&*extent);
+  if (angle) {
+    const std::string_view typed = trimmed(*angle);
+    s.asked.unit = typed.substr(typed.find_last_of(" .0123456789") + 1);
+    s.asked.per_si = per_radius / (focal_length * unit_factor(s.asked.unit, kAngle));
+  }
   s.value = (angle ? focal_length * parse_quantity(*angle, kAngle) : std::get<double>(*extent)) / per_radius;
 }
 
@@ -191,6 +197,7 @@ void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& m
             "either a map, or statistics and psd");
     requests.resize(keys.size());
     target.statistics = requests;
+    for (StatisticRequest& request : requests) request.asked = {};
     const std::vector<std::string> canonical = keys_of(requests);
     for (std::size_t i = 0; i < canonical.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)

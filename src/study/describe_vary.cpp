@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "aberfit/core/errors.h"
 #include "describe.h"
 #include "parse_json.h"
 
@@ -21,7 +22,7 @@ using Json = nlohmann::ordered_json;
 
 // The block in which the pointer is; what a case's result is not made of cannot vary.
 bool can_vary(const std::string& pointer) {
-  for (const char* block : {"/vary", "/aberfit", "/output", "/verify", "/title"})
+  for (const char* block : {"/vary", "/aberfit", "/output", "/verify", "/title", "/description", "/$schema"})
     if ((pointer + "/").starts_with(std::string(block) + "/")) return false;
   return pointer.size() > 1;
 }
@@ -41,15 +42,18 @@ void read_range(Visitor& v, const std::string& key, const Json& range, bool grid
             "from, to, count, spacing; or an array of values");
   for (const auto& [name, end] : {std::pair{"from", &axis->from}, {"to", &axis->to}}) {
     const bool there = range.contains(name) && (range[name].is_number() || range[name].is_string());
-    v.check(there, child_pointer(key, name), range.contains(name) ? range[name].dump() : "nothing",
-            "a number, or a string with a unit");
+    v.check(there, child_pointer(key, name), range.contains(name) ? range[name].dump() : kMissing,
+            range.contains(name)
+                ? "a number, or a text with a unit"
+                : fmt::format("a range needs \"{}\", a number or a text with a unit such as \"5 nm\"", name));
     *end = range[name].dump();
   }
   const Json count = range.value("count", Json(nullptr));
   const bool whole = count.is_number_integer() && count >= 2 && count <= kMostOfRange;
   v.check(whole || (!grid && count.is_null()), child_pointer(key, "count"),
-          count.is_null() ? "nothing" : count.dump(),
-          fmt::format("an integer from 2 to {}: values of a grid, both ends among them", kMostOfRange));
+          count.is_null() ? kMissing : count.dump(),
+          fmt::format("{}an integer from 2 to {}: values of a grid, both ends among them",
+                      count.is_null() ? "a range needs \"count\", " : "", kMostOfRange));
   axis->count = whole ? count.get<int>() : 0;
   const Json spacing = range.value("spacing", Json("linear"));
   v.check(std::any_of(kSpacings.begin(), kSpacings.end(), [&](const auto& name) { return spacing == name; }),

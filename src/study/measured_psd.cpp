@@ -87,6 +87,7 @@ std::string as_given(const std::string& text, bool typed) {
     allowed += (allowed.empty() ? "" : ", ") + option_name(fact.key, typed) + (typed ? " " : ": ") +
                (typed ? fact.typed : fact.written);
   }
+  if (typed) throw InputError(file, "", "a file that does not say " + open, allowed);
   throw InputError(where, pointer, fmt::format("\"{}\", which does not say {}", file, open), allowed);
 }
 
@@ -182,6 +183,9 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
         const bool choice = missing->fact() == "hdu" || missing->fact() == "plane";
         ask_for(facts, typed, where, pointer, file.file, choice ? error.found() : "");
       }
+    if (typed)
+      throw InputError(file.file, as_given(error.pointer(), typed), as_given(error.found(), typed),
+                       as_given(error.allowed(), typed));
     throw InputError(where, pointer,
                      fmt::format("in \"{}\"{}{}: {}", file.file, error.pointer().empty() ? "" : ", ",
                                  as_given(error.pointer(), typed), as_given(error.found(), typed)),

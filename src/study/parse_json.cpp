@@ -14,6 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr std::size_t kDeepest = 64;
+constexpr std::string_view kCommented = ".jsonc";
 
 // nlohmann-json keeps the last of two equal keys without a word; this pass over the text finds them.
 class KeyCheck : public nlohmann::json_sax<Json> {
@@ -46,14 +47,18 @@ class KeyCheck : public nlohmann::json_sax<Json> {
         1 + std::size_t(std::count(text_.begin(), text_.begin() + std::ptrdiff_t(at), '\n'));
     const std::size_t start = at == 0 ? std::string::npos : text_.rfind('\n', at - 1);
     const std::size_t column = start == std::string::npos ? at + 1 : at - start;
+    const std::string place = fmt::format("line {}, column {}", line, column);
+    if (const std::string_view rest = std::string_view(text_).substr(at);
+        (rest.starts_with("//") || rest.starts_with("/*")) && !path_.ends_with(kCommented))
+      throw InputError(path_, "", "a comment at " + place,
+                       "no comments in JSON (RFC 8259); where they are wanted, name the file .jsonc");
     // The library's message ends with what it met; its own account of the position is repeated here in other
     // words.
     std::string reason = error.what();
     if (const std::size_t cut = reason.find("; "); cut != std::string::npos) reason = reason.substr(cut + 2);
     throw InputError(path_, "",
-                     fmt::format("no valid JSON at line {}, column {}, near \"{}\" ({})", line, column,
-                                 token.substr(0, 40), reason),
-                     "JSON (RFC 8259): finite numbers, no comments, no trailing commas");
+                     fmt::format("no valid JSON at {}, near \"{}\" ({})", place, token.substr(0, 40), reason),
+                     "JSON (RFC 8259): finite numbers, no trailing commas, comments only in a file .jsonc");
   }
 
  private:
@@ -109,8 +114,9 @@ Json parse_json(const std::string& text, const std::string& path) {
   if (trimmed(text).empty())
     throw InputError(path, "", "an empty file", "a study file (JSON), see `aberfit schema`");
   KeyCheck check(text, path);
-  Json::sax_parse(text, &check);
-  return Json::parse(text);
+  const bool commented = path.ends_with(kCommented);
+  Json::sax_parse(text, &check, nlohmann::detail::input_format_t::json, true, commented);
+  return Json::parse(text, nullptr, true, commented);
 }
 
 }  // namespace aberfit::internal

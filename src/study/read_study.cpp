@@ -76,6 +76,7 @@ Study internal::study_of_json(const nlohmann::ordered_json& json, const std::str
   Study study;
   study.path = path;
   study.changes = changes;
+  study.typed = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   try {
     read_object(json, study.path, [&](Visitor& v) { describe_study(v, study); });
     if (same_roughness) {
@@ -159,11 +160,11 @@ nlohmann::ordered_json study_schema() {
   nlohmann::ordered_json root = object_schema([&](Visitor& v) { describe_study(v, study); }, &definitions);
   nlohmann::ordered_json schema;
   schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
+  schema["$id"] = "aberfit.schema.json";  // a study beside the file has "$schema": "./aberfit.schema.json"
   schema["title"] = "aberfit study, format version 1";
   schema["description"] =
       "Quantities are strings with a unit (\"632.8 nm\") or plain numbers in SI units. Paths are relative to "
-      "the study "
-      "file. roughness is needed unless every statistic has a value.";
+      "the study file. The roughness is needed unless every statistic has a value.";
   schema.update(root);
   schema["$defs"] = std::move(definitions);
   return schema;

@@ -2,12 +2,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/text.h"
 #include "parse_json.h"
 #include "visitor.h"
 
@@ -56,27 +56,28 @@ std::optional<std::int64_t> whole_number(const Json& json) {
   return std::int64_t(value);
 }
 
-// The candidate with the smallest edit distance (Levenshtein, case folded) to `word`; empty when none is near
-// (more than half of the word changed).
 std::string nearest(const std::string& word, const std::vector<std::string>& candidates) {
-  const auto folded = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  std::string best;
-  std::size_t best_distance = std::max<std::size_t>(1, word.size() / 2) + 1;
-  for (const std::string& candidate : candidates) {
-    std::vector<std::size_t> row(candidate.size() + 1);
-    for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
-    for (std::size_t i = 1; i <= word.size(); ++i) {
-      std::size_t diagonal = row[0];
-      row[0] = i;
-      for (std::size_t j = 1; j < row.size(); ++j) {
-        const std::size_t replace = diagonal + (folded(word[i - 1]) != folded(candidate[j - 1]) ? 1 : 0);
-        diagonal = row[j];
-        row[j] = std::min({replace, row[j] + 1, row[j - 1] + 1});
-      }
-    }
-    if (row.back() < best_distance) best = candidate, best_distance = row.back();
-  }
-  return best;
+  const std::vector<std::string> near = near_words(word, candidates);
+  return near.empty() ? "" : near.front();
+}
+
+// What the known keys are called elsewhere: in other programs, in papers, by their symbols.
+std::string known_as(const std::string& word, const std::vector<std::string>& known) {
+  static const std::map<std::string, std::vector<std::string>> kOthers = {
+      {"rms", {"sigma", "roughness", "height", "sq", "rq"}},
+      {"wavelength", {"lambda", "wl"}},
+      {"focal_length", {"f", "efl"}},
+      {"diameter", {"d", "outer_diameter", "size"}},
+      {"inner_diameter", {"obscuration", "central_obscuration", "hole"}},
+      {"conic", {"k", "kappa", "conic_constant"}},
+      {"exponent", {"slope", "c", "gamma", "power"}},
+      {"B", {"b", "knee", "l0", "outer_scale"}},
+      {"model", {"type", "kind"}}};
+  const std::string folded = lower_case(word);
+  for (const std::string& key : known)
+    if (const auto others = kOthers.find(key); others != kOthers.end())
+      if (std::find(others->second.begin(), others->second.end(), folded) != others->second.end()) return key;
+  return nearest(word, known);
 }
 
 // What is allowed in place of `found`, the nearest of it first where one is near.
@@ -346,11 +347,14 @@ class Reader : public Visitor {
     const auto found = json_.find(field.key);
     if (found != json_.end()) return &*found;
     if (field.need == Need::kRequired)
-      fail(at(field), "nothing",
-           fmt::format("required: {}{}{}", field.meaning, field.example ? ", e.g. " : "",
-                       field.example ? field.example : ""));
+      fail(at(field), kMissing, fmt::format("{} needs {} ({})", name(), with_example(field), field.meaning));
     return nullptr;
   }
+  static std::string with_example(const Field& field) {
+    return fmt::format("\"{}\": {}", field.key, field.example ? field.example : "...");
+  }
+  // The object that is being read, as a message names it.
+  std::string name() const { return pointer_.empty() ? "a study" : pointer_.substr(1); }
   Reader inside(const Json& json, const std::string& pointer) const { return Reader(json, file_, pointer); }
 
   const Json& json_;
@@ -375,7 +379,9 @@ class Reader : public Visitor {
       try {
         value = parse_quantity(json.get_ref<const std::string&>(), dimension);
       } catch (const UnitError& error) {
-        fail(pointer, error.what(), describe_quantity(dimension));
+        fail(pointer, error.what(),
+             fmt::format("a text such as {}, or a plain number in SI units",
+                         field.example ? field.example : "\"1 \" and a unit"));
       }
     } else {
       fail(pointer, json, describe_quantity(dimension), field);
@@ -383,7 +389,11 @@ class Reader : public Visitor {
     for (const Range& allowed : {range, within_reach(range, dimension)})
       if (!allowed.contains(value))
         fail(pointer, fmt::format("{} ({})", shown(json), format_quantity(value, dimension)),
-             describe_range(allowed, dimension));
+             describe_range(allowed, dimension) +
+                 (json.is_number() && dimension != Dimension::kNumber && field.example
+                      ? fmt::format(". A plain number is in SI units; with its unit it is a text such as {}",
+                                    field.example)
+                      : ""));
     return value;
   }
   std::int64_t whole(const Json& json, const Field& field, std::int64_t low, std::int64_t high,
@@ -397,8 +407,13 @@ class Reader : public Visitor {
     for (const KeyPattern& pattern : patterns)
       if (pattern.regex.empty() ? key == pattern.literal : matches(key, pattern.regex)) return;
     std::vector<std::string> samples;
-    for (const KeyPattern& pattern : patterns) samples.push_back(pattern.sample);
-    const std::string near = nearest(key, samples);
+    std::string near;
+    const std::string folded = lower_case(key);
+    for (const KeyPattern& pattern : patterns) {
+      samples.push_back(pattern.sample);
+      if (!pattern.regex.empty() && matches(folded, pattern.regex)) near = folded;
+    }
+    if (near.empty()) near = nearest(key, samples);
     fail(at(field, key), fmt::format("unknown key \"{}\"", key),
          fmt::format("{}keys like {}", near.empty() ? "" : "did you mean \"" + near + "\"? ",
                      quoted_list(samples)));
@@ -413,10 +428,14 @@ class Reader : public Visitor {
 class KnownKeys : public Reader {
  public:
   using Reader::Reader;
-  Names known;
+  Names known, missing, usual;
 
+  // Which other keys there are is not known without it.
   void tag(const Field& field, std::size_t& index, const Names& names) override {
     known.emplace_back(field.key);
+    if (!json_.contains(field.key))
+      throw InputError(file_, child_pointer(pointer_, field.key), kMissing,
+                       fmt::format("{} needs \"{}\", one of {}", name(), field.key, quoted_list(names)));
     inside(json_, pointer_).choice(field, index, names);
   }
   void check(bool, const std::string&, const std::string&, const std::string&) override {}
@@ -425,6 +444,8 @@ class KnownKeys : public Reader {
  private:
   const Json* find(const Field& field) override {
     known.emplace_back(field.key);
+    if (!json_.contains(field.key) && field.need != Need::kOptional)
+      (field.need == Need::kRequired ? missing : usual).push_back(with_example(field));
     return nullptr;
   }
 };
@@ -437,10 +458,15 @@ void Reader::read(const Body& body, const char* note) {
     if (std::find(keys.known.begin(), keys.known.end(), item.key()) != keys.known.end()) continue;
     const std::string pointer = child_pointer(pointer_, item.key());
     std::string allowed = quoted_list(keys.known);
-    const std::string near = nearest(item.key(), keys.known);
+    const std::string near = known_as(item.key(), keys.known);
     if (!near.empty()) allowed = fmt::format("did you mean \"{}\"? known keys: {}", near, allowed);
     fail(pointer, fmt::format("unknown key \"{}\"", item.key()), allowed);
   }
+  // One that is missing alone is told with its meaning, where it is looked for.
+  keys.missing.insert(keys.missing.end(), keys.usual.begin(),
+                      keys.missing.empty() ? keys.usual.begin() : keys.usual.end());
+  if (keys.missing.size() > 1)
+    fail(pointer_, kMissing, fmt::format("{} needs {}", name(), fmt::join(keys.missing, ", ")));
   body(*this);
 }
 

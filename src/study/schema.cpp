@@ -75,8 +75,10 @@ class SchemaWriter : public Visitor {
   void numbered_quantities(const Field& field, NumberedQuantities&, int, int high, Dimension dimension,
                            Range range) override {
     const std::string digits = fmt::format("[1-9][0-9]{{0,{}}}", std::to_string(high).size() - 1);
+    Json value = quantity_schema(dimension, range);
+    value["title"] = "a whole number";
     Json schema{{"type", "object"},
-                {"patternProperties", Json{{whole(digits), quantity_schema(dimension, range)}}},
+                {"patternProperties", Json{{whole(digits), std::move(value)}}},
                 {"minProperties", 1},
                 {"additionalProperties", false}};
     schema["description"] = units_note(dimension);
@@ -102,7 +104,7 @@ class SchemaWriter : public Visitor {
     Json properties = Json::object();
     for (const KeyPattern& pattern : patterns)
       properties[whole(pattern.regex.empty() ? pattern.literal : pattern.regex)] =
-          Json{{"type", "string"}, {"pattern", whole(regex)}};
+          Json{{"type", "string"}, {"title", pattern.sample}, {"pattern", whole(regex)}};
     add(field, Json{{"type", "object"},
                     {"patternProperties", std::move(properties)},
                     {"minProperties", 1},
@@ -190,6 +192,7 @@ class SchemaWriter : public Visitor {
     for (const KeyPattern& pattern : patterns) {
       keys = {pattern.sample};
       Json schema = object_schema([&](Visitor& v) { body(v, 0); }, definitions_);
+      schema["title"] = pattern.sample;
       if (pattern.regex.empty())
         literal[pattern.literal] = std::move(schema);
       else

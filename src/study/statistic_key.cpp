@@ -35,7 +35,8 @@ std::vector<std::string> keys_of(const std::vector<StatisticRequest>& requests) 
   for (const StatisticRequest& request : requests) {
     const std::string* ring = std::get_if<std::string>(&request.ring);
     const bool in_key = request.name == "ring_fwhm" && ring != nullptr && (*ring != "ee90" || length_given);
-    keys.push_back(in_key ? kRingPrefix + *ring : request.name);
+    const std::string& name = request.asked.name.empty() ? request.name : request.asked.name;
+    keys.push_back(in_key ? kRingPrefix + *ring : name);
   }
   return keys;
 }
@@ -49,8 +50,10 @@ StatisticRequest request_of(const std::string& key) {
     request.name = "ring_fwhm";
     request.ring = key.substr(kRingPrefix.size());
   }
-  if (key == kHalfEnergyWidth) request.name = "ee50";
-  if (key.ends_with(kDiameterSuffix)) request.name = key.substr(0, key.size() - kDiameterSuffix.size());
+  if (is_diameter(key)) {
+    request.name = key == kHalfEnergyWidth ? "ee50" : key.substr(0, key.size() - kDiameterSuffix.size());
+    request.asked = {key, "", 2};
+  }
   return request;
 }
 

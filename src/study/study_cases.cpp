@@ -63,7 +63,8 @@ struct StudyCases::Content {
   }
   std::string hash_of(const Json& resolved) const {
     nlohmann::json sorted = resolved;
-    for (const char* block : {"title", "vary", "verify", "output"}) sorted.erase(block);
+    for (const char* block : {"title", "description", "$schema", "vary", "verify", "output"})
+      sorted.erase(block);
     if (study.vary->run != CaseLevel::kSolve) sorted.erase("solve");
     replace_files(&sorted);
     return content_hash(to_string(study.vary->run) + "\n" +
@@ -91,8 +92,9 @@ StudyCases::StudyCases(const std::string& text, const std::string& path,
   apply_changes(changes, &own.json);
   own.study = study_of_json(own.json, path, changes, nullptr);
   if (!own.study.vary)
-    throw InputError(path, "/vary", "nothing",
-                     "a block such as {\"over\": {\"/roughness/psd/rms\": [\"10 nm\", \"20 nm\"]}}");
+    throw InputError(path, "/vary", kMissing,
+                     "`aberfit sweep` needs a block such as \"vary\": {\"over\": {\"/roughness/psd/rms\": "
+                     "[\"10 nm\", \"20 nm\"]}}; `aberfit new sweep` writes such a study");
   for (const char* unused : {"vary", "verify", "output"}) own.json.erase(unused);
   bool file_varies = false;
   for (const VaryAxis& axis : own.study.vary->axes) {

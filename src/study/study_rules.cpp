@@ -67,7 +67,9 @@ void check_without_roughness(const Study& study) {
     throw InputError(study.path, pointer, found, allowed + ", because the study has no roughness");
   };
   if (study.target.statistics.empty())
-    fail("/roughness", "nothing", "required: roughness, or statistics that all have a value");
+    throw InputError(study.path, "/roughness", kMissing,
+                     "a study needs \"roughness\": {\"psd\": {\"model\": \"uniform\", \"rms\": \"20 nm\", "
+                     "\"f_min\": \"2.5 /m\", \"f_max\": \"40 /m\"}}, or statistics that all have a value");
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const StatisticRequest& request = study.target.statistics[i];
@@ -78,12 +80,14 @@ void check_without_roughness(const Study& study) {
       continue;
     }
     if (request.value) continue;
-    fail("/target/statistics/" + keys[i] + "/value", "nothing", "required: the value of the statistic");
+    fail("/target/statistics/" + keys[i] + "/value", kMissing,
+         "the statistic needs its value, such as \"76 um\"");
   }
   if (study.fit.prior != PriorMode::kZeroMean) fail("/fit/prior", "\"near-start\"", "\"zero-mean\"");
   if (study.terms.fourier) fail("/terms/fourier", "plane waves", "zernike with n_max, or spherical");
   if (const auto zernikes = study.terms.zernikes(); zernikes && !zernikes->n_max)
-    fail("/terms/zernike/n_max", "nothing", "required: the highest radial order");
+    fail("/terms/zernike/n_max", kMissing,
+         "terms/zernike needs the highest radial order, such as \"n_max\": 20");
 }
 
 // Known before the fit, so said before the fit.

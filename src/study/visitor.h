@@ -21,7 +21,8 @@
 // Schema are three visitors of that description, so a key cannot be known to one and unknown to another.
 namespace aberfit::internal {
 
-enum class Need { kRequired, kOptional };
+/// kUsual: may be absent in special studies; named beside required keys where these are missing.
+enum class Need { kRequired, kOptional, kUsual };
 
 /// One key of an object: its name, what it means (for the schema), and whether it may be absent. An absent
 /// optional key leaves the value that the structure came with: the default.

@@ -44,7 +44,7 @@ void add_study(const std::string& name) {
     return [=](benchmark::State& state) {
       const ScratchFolder folder;
       const std::string command =
-          fmt::format("'{}' fit '{}' --no-plots --quiet -o '{}' > '{}'", ABERFIT_PROGRAM, study.string(),
+          fmt::format("'{}' fit '{}' --pictures none --quiet -o '{}' > '{}'", ABERFIT_PROGRAM, study.string(),
                       folder.path.string(), (folder.path / "log").string());
       int code = 0;
       time_alone(state, [&] { code = std::system(command.c_str()); });

@@ -1,5 +1,4 @@
-// The program's chart on a study that takes no time: what it writes, and that what it measures is physics. No
-// time is judged.
+// The chart of the program for a fast study: its files and the physics of its numbers. Times are not judged.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +31,7 @@ const char* const kStudy = R"({
   "target": { "theory": "geometric", "statistics": { "ee50": {}, "ee80": {}, "ee90": { "planes": ["0 mm", "1 mm"] }, "ring_fwhm": {}, "scatter_rms": {} } }
 })";
 
-// One chart serves every test: it takes a few seconds.
+// One chart serves every test, because it takes a few seconds.
 class ChartRun : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -41,7 +40,7 @@ class ChartRun : public ::testing::Test {
     exit_code_ = run_program(*folder_, "chart study.json --seconds 3 -o chart");
     err_ = read_file(folder_->file("stderr.txt"));
     table_ = read_file(folder_->file("stdout.txt"));
-    const std::string text = read_file(folder_->file("chart/chart.json"));
+    const std::string text = read_file(folder_->file("chart/result.json"));
     if (!text.empty()) chart_ = ordered_json::parse(text);
   }
   static void TearDownTestSuite() {
@@ -73,7 +72,7 @@ int ChartRun::exit_code_ = -1;
 std::string ChartRun::err_, ChartRun::table_;
 ordered_json ChartRun::chart_;
 
-// A line of CSV, quotes observed.
+// A line of CSV with quoted fields.
 std::vector<std::string> cells(const std::string& line) {
   std::vector<std::string> all(1);
   bool quoted = false;
@@ -126,8 +125,7 @@ TEST_F(ChartRun, EveryFamilyHasRowsOfWhichThoseOnTheFrontierAreNotBeaten) {
       frontier += row["on_frontier"].get<bool>();
       if (row["is_cheapest_within_tolerance"].get<bool>()) {
         EXPECT_LE(row["error"], family["tolerance"]);
-        // Unless a row beats it whose reference is not known well enough, as on a busy machine with few
-        // draws.
+        // Excused if a row beats it whose reference is not known well enough, as on a busy machine.
         const bool excused = std::any_of(all.begin(), all.end(), [&](const ordered_json& other) {
           return other["error"].is_number() && other["seconds"].is_number() &&
                  other["error"] <= row["error"] && other["seconds"] <= row["seconds"] &&
@@ -153,7 +151,7 @@ TEST_F(ChartRun, FinerGridsMissLessAndRaysMissWhatDiffractionAdds) {
   const std::vector<ordered_json> waves = rows("models", "waves"), rays = rows("models", "rays");
   ASSERT_GE(waves.size(), 3u);
   ASSERT_GE(rays.size(), 2u);
-  // The coarsest grid that holds the light at all comes first among those with an error.
+  // The coarsest grid that contains the spot is the first with an error.
   const auto coarsest = std::find_if(waves.begin(), waves.end(),
                                      [](const ordered_json& row) { return row["error"].is_number(); });
   ASSERT_LT(coarsest, std::prev(waves.end()));
@@ -181,7 +179,7 @@ TEST_F(ChartRun, BadUsageIsRefused) {
         << arguments << ": " << read_file(folder_->file("stderr.txt"));
 }
 
-// A number in a note, behind this word.
+// The number behind `word` in a note.
 double after(const std::string& word, const std::string& note) {
   const std::size_t at = note.find(word + " ");
   return at == std::string::npos ? std::nan("") : std::stod(note.substr(at + word.size()));
@@ -201,9 +199,9 @@ const char* const kWaves = R"({
 TEST(ChartBands, MirrorsDifferLessTheHigherTheCutAndTheAutomaticOneIsToday) {
   ScratchFolder folder;
   folder.write("study.json", kWaves);
-  ASSERT_EQ(run_program(folder, "chart study.json" + in_seconds(8) + "-o chart --no-plots"), 0)
+  ASSERT_EQ(run_program(folder, "chart study.json" + in_seconds(8) + "-o chart --pictures none"), 0)
       << read_file(folder.file("stderr.txt"));
-  const ordered_json chart = ordered_json::parse(read_file(folder.file("chart/chart.json")));
+  const ordered_json chart = ordered_json::parse(read_file(folder.file("chart/result.json")));
   std::map<double, double> spread;  // by f_c
   int defaults = 0;
   for (const ordered_json& row : chart["rows"]) {
@@ -212,7 +210,7 @@ TEST(ChartBands, MirrorsDifferLessTheHigherTheCutAndTheAutomaticOneIsToday) {
     EXPECT_GT(row["seconds"].get<double>(), 0);
     const std::string note = row["note"];
     const double differ = after("spread", note), light = after("light", note);
-    // Three digits are printed.
+    // Notes print three digits.
     EXPECT_NEAR(100 * row["error"].get<double>(), std::max(light, differ), 0.005 * std::max(light, differ));
     EXPECT_EQ(row["reference"] == "targets of light", light >= differ);
     if (row["method"] == "terms alone") {
@@ -232,7 +230,6 @@ TEST(ChartBands, MirrorsDifferLessTheHigherTheCutAndTheAutomaticOneIsToday) {
     EXPECT_LT(at->second, std::prev(at)->second) << at->first << " /m";
 }
 
-// Rays are charted without the statistics that they do not have, with and without others beside them.
 TEST(ChartOfLight, ComparesRaysWithoutWhatTheyDoNotHave) {
   for (const char* statistics : {R"({"strehl": {}, "mtf": {"frequencies": ["50 /mm"]}, "ee80": {}})",
                                  R"({"ensquared_within": {"sides": ["10 um"]}})"}) {
@@ -241,9 +238,9 @@ TEST(ChartOfLight, ComparesRaysWithoutWhatTheyDoNotHave) {
     ordered_json study = ordered_json::parse(kWaves);
     study["target"]["statistics"] = ordered_json::parse(statistics);
     folder.write("study.json", study.dump());
-    ASSERT_EQ(run_program(folder, "chart study.json" + in_seconds(4) + "-o chart --no-plots"), 0)
+    ASSERT_EQ(run_program(folder, "chart study.json" + in_seconds(4) + "-o chart --pictures none"), 0)
         << read_file(folder.file("stderr.txt"));
-    const ordered_json chart = ordered_json::parse(read_file(folder.file("chart/chart.json")));
+    const ordered_json chart = ordered_json::parse(read_file(folder.file("chart/result.json")));
     std::map<std::string, int> rows;
     for (const ordered_json& row : chart["rows"]) ++rows[row["family"]];
     const bool has_radii = study["target"]["statistics"].contains("ee80");

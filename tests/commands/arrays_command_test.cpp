@@ -51,7 +51,7 @@ class ArraysCommand : public ::testing::Test {
   void SetUp() override {
     folder_.write("waves.json", study_text("ghs"));
     folder_.write("rays.json", study_text("geometric"));
-    folder_.write("asks.json", study_text("ghs", R"(, "output": { "plots": false, "arrays": "npz" })"));
+    folder_.write("asks.json", study_text("ghs", R"(, "output": { "pictures": "none", "arrays": "npz" })"));
   }
   int run(const std::string& arguments) const { return run_program(folder_, arguments); }
   std::string file(const std::string& name) const { return folder_.file(name); }
@@ -67,7 +67,7 @@ class ArraysCommand : public ::testing::Test {
 };
 
 TEST_F(ArraysCommand, FitWritesThemWithItsResultAndAnotherRunReplacesThem) {
-  EXPECT_LE(run("fit waves.json --no-plots --arrays npz -o out"), 1) << err();
+  EXPECT_LE(run("fit waves.json --pictures none --arrays npz -o out"), 1) << err();
   EXPECT_EQ(files_below(file("out")).count("arrays.npz"), 1u);
   const NpzReader npz(read_file(file("out/arrays.npz")));
   // The curve that theory was asked for, where the result has its radius.
@@ -91,12 +91,12 @@ TEST_F(ArraysCommand, FitWritesThemWithItsResultAndAnotherRunReplacesThem) {
   EXPECT_EQ(warnings("out/result.json").count("arrays-left-out"), 0u);
 
   // The files of one run are a unit: those of the next have taken their place.
-  EXPECT_LE(run("fit waves.json --no-plots --arrays fits -o out"), 1) << err();
+  EXPECT_LE(run("fit waves.json --pictures none --arrays fits -o out"), 1) << err();
   const std::set<std::string> after = files_below(file("out"));
   EXPECT_EQ(after.count("arrays.npz"), 0u);
   EXPECT_TRUE(after.contains("psf.fits") && after.contains("otf.fits"));
   EXPECT_EQ(test::read_fits_units(read_file(file("out/psf.fits"))).size(), 2u);
-  EXPECT_LE(run("fit waves.json --no-plots -o out"), 1);
+  EXPECT_LE(run("fit waves.json --pictures none -o out"), 1);
   EXPECT_EQ(files_below(file("out")).count("psf.fits"), 0u);
 }
 
@@ -105,7 +105,7 @@ TEST_F(ArraysCommand, TheCommandLineOverridesTheStudy) {
   EXPECT_EQ(files_below(file("a")).count("arrays.npz"), 1u);
   EXPECT_LE(run("fit asks.json --arrays none -o b"), 1) << err();
   EXPECT_EQ(files_below(file("b")),
-            (std::set<std::string>{"coefficients.csv", "result.json", "summary.txt"}));
+            (std::set<std::string>{"coefficients.csv", "report.html", "result.json", "summary.txt"}));
   EXPECT_LE(run("fit asks.json --arrays csv -o c"), 1) << err();
   EXPECT_EQ(files_below(file("c")).count("arrays.npz"), 0u);
   EXPECT_EQ(files_below(file("c")).count("arrays/mtf.csv"), 1u);
@@ -125,21 +125,22 @@ TEST_F(ArraysCommand, TraceAndCheckWriteOnlyWhereAsked) {
   }
   EXPECT_EQ(run("trace waves.json --arrays npz"), 0) << err();
   EXPECT_EQ(files_below(file("out")),
-            (std::set<std::string>{"waves/trace/arrays.npz", "waves/trace/result.json",
-                                   "waves/trace/summary.txt"}));
+            (std::set<std::string>{"waves/trace/arrays.npz", "waves/trace/report.html",
+                                   "waves/trace/result.json", "waves/trace/summary.txt"}));
   EXPECT_NE(err().find("out/waves/trace"), std::string::npos) << err();
   const NpzReader traced(read_file(file("out/waves/trace/arrays.npz")));
   EXPECT_TRUE(traced.arrays().contains("ee_surface") && traced.arrays().contains("mtf_surface_x"));
   EXPECT_EQ(run("check waves.json --arrays csv -o elsewhere"), 0) << err();
   EXPECT_EQ(files_below(file("elsewhere")),
             (std::set<std::string>{"arrays/encircled_energy.csv", "arrays/mtf.csv", "arrays/psf_theory.csv",
-                                   "arrays/ring_profile.csv", "result.json", "summary.txt"}));
+                                   "arrays/ring_profile.csv", "report.html", "result.json", "summary.txt"}));
   EXPECT_EQ(ordered_json::parse(read_file(file("elsewhere/result.json")))["kind"], "check");
 }
 
 TEST_F(ArraysCommand, RaysHaveNoTransferFunctionAndSayIt) {
   EXPECT_EQ(run("trace rays.json --arrays fits -o rays"), 0) << err();
-  EXPECT_EQ(files_below(file("rays")), (std::set<std::string>{"psf.fits", "result.json", "summary.txt"}));
+  EXPECT_EQ(files_below(file("rays")),
+            (std::set<std::string>{"psf.fits", "report.html", "result.json", "summary.txt"}));
   EXPECT_EQ(warnings("rays/result.json").count("arrays-left-out"), 1u);
   EXPECT_EQ(run("trace waves.json --arrays fits -o waves"), 0) << err();
   EXPECT_EQ(warnings("waves/result.json").count("arrays-left-out"), 0u);

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "aberfit/commands/run.h"
-#include "aberfit/report/check_report.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/report/result.h"
 #include "aberfit/specify/budget.h"
 #include "aberfit/study/read_study.h"

@@ -42,7 +42,7 @@ class ClearApertureOfAFile : public testing::Test {
     return ordered_json::parse(read_file(folder.file("out/result.json")));
   }
   std::string error_of(const std::string& options) {
-    EXPECT_EQ(run_program(folder, "psd map.csv --of surface --no-plots " + options), 2) << options;
+    EXPECT_EQ(run_program(folder, "psd map.csv --of surface --pictures none " + options), 2) << options;
     return read_file(folder.file("stderr.txt"));
   }
   const ScratchFolder folder;
@@ -57,7 +57,7 @@ long inside(const HeightMap& map, double radius) {
 }
 
 TEST_F(ClearApertureOfAFile, TakesTheRimOffAndSaysSo) {
-  const ordered_json whole = psd("--no-plots"), clear = psd("--aperture circle:diameter=56mm");
+  const ordered_json whole = psd("--pictures none"), clear = psd("--aperture circle:diameter=56mm");
   const auto rms = [](const ordered_json& result) {
     return result["estimate"]["rms_height_m"].get<double>();
   };
@@ -71,20 +71,20 @@ TEST_F(ClearApertureOfAFile, TakesTheRimOffAndSaysSo) {
   const std::string text = read_file(folder.file("out/summary.txt"));
   EXPECT_NE(text.find("clear aperture:"), std::string::npos) << text;
   EXPECT_NE(text.find("circle of 56 mm about (0 m, 0 m);"), std::string::npos) << text;
-  EXPECT_NE(read_file(folder.file("out/plots/data.gp")).find("data_rim.dat"), std::string::npos);
+  EXPECT_NE(read_file(folder.file("out/plots/data.values")).find("rims = 1"), std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(folder.file("out/plots/data_rim.dat")));
 }
 
 TEST_F(ClearApertureOfAFile, IsTheSameByOptionAndByStudyKey) {
   const ordered_json by_option =
-      psd("--no-plots --aperture annulus:outer=56mm,inner=12.5%,center=1mm,-2mm --erode 1");
+      psd("--pictures none --aperture annulus:outer=56mm,inner=12.5%,center=1mm,-2mm --erode 1");
   folder.write("study.json",
                R"({"aberfit": 1, "mirror": {"focal_length": "1 m"}, "light": {"wavelength": "632.8 nm"},
                    "aperture": {"shape": "circle", "diameter": "63 mm"},
                    "roughness": {"psd": {"model": "measured", "file": "map.csv", "of": "surface", "outliers": "keep",
                      "aperture": {"shape": "annulus", "diameter": "56 mm", "inner_diameter": "12.5 %",
                                   "centre": ["1 mm", "-2 mm"]}, "erode": 1}}})");
-  EXPECT_EQ(run_program(folder, "psd study.json --no-plots -o study"), 0)
+  EXPECT_EQ(run_program(folder, "psd study.json --pictures none -o study"), 0)
       << read_file(folder.file("stderr.txt"));
   const ordered_json by_study = ordered_json::parse(read_file(folder.file("study/result.json")));
   EXPECT_EQ(by_option["request"]["aperture"], by_study["request"]["aperture"]);
@@ -116,7 +116,8 @@ TEST_F(ClearApertureOfAFile, OfAMapThatIsFitted) {
   EXPECT_NEAR(clear["centre_m"][0].get<double>(), 0, 0.6e-3);
   EXPECT_NE(read_file(folder.file("out/summary.txt")).find("clear aperture: circle of 48 mm"),
             std::string::npos);
-  EXPECT_NE(read_file(folder.file("out/plots/surface.gp")).find("surface_rim.dat"), std::string::npos);
+  EXPECT_NE(read_file(folder.file("out/plots/surface.values")).find("rims = 1"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(folder.file("out/plots/surface_rim.dat")));
 }
 
 TEST_F(ClearApertureOfAFile, ErrorsSayWhatIsWrong) {

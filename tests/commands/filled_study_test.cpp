@@ -7,8 +7,8 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/report/result.h"
-#include "aberfit/report/trace_report.h"
 #include "aberfit/study/read_study.h"
 #include "study/scratch_folder.h"
 
@@ -37,7 +37,7 @@ class FilledStudy : public testing::Test {
   std::string written(const Study& study) const {
     RunOptions options;
     options.output_directory = folder_.file("out");
-    options.plots = false;
+    options.pictures = PictureFormat::kNone;
     options.threads = 2;
     run_fit(study, options);
     ordered_json result = ordered_json::parse(read_file(folder_.file("out/result.json")));

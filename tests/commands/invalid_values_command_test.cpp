@@ -43,7 +43,7 @@ const ordered_json* warning(const ordered_json& result, const std::string& code)
 }
 
 ordered_json psd(const ScratchFolder& folder, const std::string& words) {
-  EXPECT_NE(run_program(folder, "psd " + words + " --no-plots -o out"), 2)
+  EXPECT_NE(run_program(folder, "psd " + words + " --pictures none -o out"), 2)
       << read_file(folder.file("stderr.txt"));
   return ordered_json::parse(read_file(folder.file("out/result.json")));
 }
@@ -110,7 +110,7 @@ TEST(InvalidValues, ThatNoSampleHasAreToldAsSuch) {
   folder.write("map.txt", padded_map({"nan"}));
   EXPECT_EQ(psd(folder, "map.txt --invalid -32768")["measurements"][0]["clear"]["said_invalid"], 0);
   EXPECT_NE(printed(folder).find("no sample has a value of `invalid`"), std::string::npos);
-  EXPECT_EQ(run_program(folder, "psd map.txt --invalid none --no-plots"), 2);
+  EXPECT_EQ(run_program(folder, "psd map.txt --invalid none --pictures none"), 2);
 }
 
 TEST(InvalidValues, OfAMapThatIsFittedAreAKeyOfTheStudy) {
@@ -123,7 +123,7 @@ TEST(InvalidValues, OfAMapThatIsFittedAreAKeyOfTheStudy) {
                      "aperture": {"shape": "circle", "diameter": "62 mm"}, "trace": {"rays": 1024},
                      "target": {"map": {"file": ")" +
                      file + R"(", "origin": "circle")" + keys +
-                     R"(}}, "terms": {"zernike": {"n_max": 4}}, "output": {"plots": false}})");
+                     R"(}}, "terms": {"zernike": {"n_max": 4}}, "output": {"pictures": "none"}})");
     EXPECT_EQ(run_program(folder, "fit study.json -o out"), 0) << read_file(folder.file("stderr.txt"));
     return ordered_json::parse(read_file(folder.file("out/result.json")));
   };

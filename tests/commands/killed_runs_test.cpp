@@ -138,7 +138,7 @@ std::string study(const std::string& title, int seed, int n_max) {
               {"terms", {{"zernike", {{"n_max", n_max}}}}},
               {"trace", {{"rays", 4096}}},
               {"fit", {{"seed", seed}}},
-              {"output", {{"plots", false}}}}
+              {"output", {{"pictures", "none"}}}}
       .dump();
 }
 
@@ -162,13 +162,13 @@ class KilledRuns : public testing::Test {
             {"coefficients.csv"}, times);
   }
   void of_chart(int times) const {
-    Turn one = run("chart", "one", 1, 6, {"chart.json"}), two = run("chart", "two", 2, 8, {"chart.json"});
+    Turn one = run("chart", "one", 1, 6, {"result.json"}), two = run("chart", "two", 2, 8, {"result.json"});
     for (Turn* each : {&one, &two}) each->arguments.insert(each->arguments.end(), {"--seconds", "0.1"});
     torment("chart", one, two, {}, times);
   }
   void of_psd(int times) const {
     const auto of = [&](const std::string& name, double period) {
-      return Turn{{"psd", "--no-plots", "--quantity", "height", "--x-unit", "m", "--value-unit", "m",
+      return Turn{{"psd", "--pictures", "none", "--quantity", "height", "--x-unit", "m", "--value-unit", "m",
                    inputs.write(name, profile(period))},
                   {},
                   {},

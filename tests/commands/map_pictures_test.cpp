@@ -90,7 +90,7 @@ TEST(MapPictures, AgreeWithResultAndTable) {
   const MapRun& run = small_errors();
   const ordered_json& light = run.result["map"]["light"];
   const auto curves = numbers(run.plot("map_light.dat"));
-  const std::string script = read_file(run.plot("map_light.gp"));
+  const std::string script = read_file(run.plot("map_light.values"));
   const char* const columns[] = {"measured", "terms", "terms_and_residual_psd", "perfect"};
   for (std::size_t c = 0; c < 4; ++c) {
     const ordered_json& column = light[columns[c]];
@@ -121,7 +121,7 @@ TEST(MapPictures, AgreeWithResultAndTable) {
 TEST(MapPictures, ShowTheMapItsTermsAndTheRest) {
   const MapRun& run = small_errors();
   const ordered_json& heights = run.result["map"]["heights"];
-  const std::string script = read_file(run.plot("map_heights.gp"));
+  const std::string script = read_file(run.plot("map_heights.values"));
   const auto measured = numbers(run.plot("map_heights_measured.dat")),
              fitted = numbers(run.plot("map_heights_fitted.dat")),
              residual = numbers(run.plot("map_heights_residual.dat"));
@@ -153,8 +153,6 @@ TEST(MapPictures, ShowTheMapItsTermsAndTheRest) {
   EXPECT_EQ(valid, valid_count(map));  // rim and hole are blank
   // The tilt, a micrometre, is the mount's, the defocus the part's.
   EXPECT_NEAR(heights["measured"]["rms_m"].get<double>(), std::hypot(20e-9, 2e-9), 0.3e-9);
-  EXPECT_NE(script.find("x [mm]"), std::string::npos);
-  EXPECT_NE(script.find("[nm]"), std::string::npos);
 }
 
 TEST(MapPictures, LeaveOutRaysWhereTheyAreNoModel) {
@@ -192,7 +190,7 @@ TEST(MapPictures, RefuseWavesThatThePointsDoNotHold) {
     folder.write("study.json", R"({"aberfit": 1, "mirror": {"focal_length": "1 m"},
         "light": {"wavelength": "632.8 nm"}, "aperture": {"shape": "circle", "diameter": "50 mm"},
         "target": {"map": {"file": "map.csv", "origin": "file"}}, "terms": {"zernike": {"n_max": 4}},
-        "output": {"plots": false}, "trace": {"rays": 4096, "model": ")" +
+        "output": {"pictures": "none"}, "trace": {"rays": 4096, "model": ")" +
                                    model + R"("}})");
     return run_program(folder, "fit study.json -o out");
   };

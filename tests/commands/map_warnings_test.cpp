@@ -39,12 +39,12 @@ struct Fit {
         R"({{"aberfit": 1, "mirror": {{"focal_length": "1 m"}}, "light": {{"wavelength": "632.8 nm"}},
              "aperture": {{"shape": "circle", "diameter": "{} mm"}}, "trace": {{"rays": 1024}},
              "target": {{"map": {{"file": "map.csv", "origin": "file"}}}}, "terms": {{{}}},
-             "output": {{"plots": false, "export": [{}], "export_grid": 17}}}})",
+             "output": {{"pictures": "none", "export": [{}], "export_grid": 17}}}})",
         diameter_mm, terms, exports);
     const Study study = parse_study(text, folder.write("study.json", text));
     RunOptions options;
     options.threads = 1;
-    options.plots = false;
+    options.pictures = PictureFormat::kNone;
     if (!exports.empty()) options.output_directory = folder.file("out");
     result = run_map_fit(study, options);
   }

@@ -10,7 +10,7 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/measured/write_map.h"
-#include "aberfit/report/check_report.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/roughness/random_surface.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/realisation_spread.h"
@@ -33,7 +33,7 @@ const std::string kRoughness =
 
 const std::string kScene =
     R"({"aberfit": 1, "mirror": {"focal_length": "2.5 m"}, "light": {"wavelength": "632.8 nm"},
-        "aperture": {"shape": "circle", "diameter": "50 mm"}, "output": {"plots": false})";
+        "aperture": {"shape": "circle", "diameter": "50 mm"}, "output": {"pictures": "none"})";
 
 // map: further keys of target.map; roughness: further blocks.
 std::string study_of(const std::string& map, const std::string& roughness) {
@@ -239,7 +239,7 @@ TEST(MeasuredPart, IsCheckedWithTheSameCut) {
     EXPECT_EQ(checked["split"][key], fitted["split"][key]) << key;
   for (const char* key : {"rms_height_m", "rms_slope_per_axis", "rest_tis"})
     EXPECT_EQ(checked["split"]["scatter"][key], fitted["split"]["scatter"][key]) << key;
-  EXPECT_NE(summary_table(run_map_check(study, {})).find("A measured part"), std::string::npos);
+  EXPECT_NE(text_of(page_of(run_map_check(study, {}))).find("A measured part"), std::string::npos);
 }
 
 TEST(MeasuredPart, HasNoRestWhereItsSpecificationEndsBelowTheTerms) {

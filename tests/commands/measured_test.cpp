@@ -8,7 +8,7 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/report/check_report.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/study/read_study.h"
 #include "measured/synthetic_files.h"
 #include "report/listing_reader.h"
@@ -66,7 +66,7 @@ std::string study_with(const std::string& blocks, const std::string& diameter = 
 TEST(PsdCommand, MeasuresAProfileAndOffersARoughnessBlock) {
   const ScratchFolder folder;
   made_slopes(1001, 0).write(folder, "mirror");
-  ASSERT_EQ(run_program(folder, "psd mirror.txt --json --no-plots -o out"), 0)
+  ASSERT_EQ(run_program(folder, "psd mirror.txt --json --pictures none -o out"), 0)
       << read_file(folder.file("stderr.txt"));
   const ordered_json result = ordered_json::parse(read_file(folder.file("stdout.txt")));
   EXPECT_EQ(result, ordered_json::parse(read_file(folder.file("out/result.json"))));
@@ -98,7 +98,7 @@ TEST(PsdCommand, DrawsThePsdAndTheData) {
   made_heights().write(folder, "heights");
   ASSERT_EQ(run_program(folder, "psd heights.txt --quiet -o out"), 0) << read_file(folder.file("stderr.txt"));
   EXPECT_EQ(read_file(folder.file("stderr.txt")), "");
-  for (const char* name : {"plots/psd.png", "plots/data.png", "psd.csv", "summary.txt"})
+  for (const char* name : {"plots/psd.svg", "plots/data.svg", "psd.csv", "summary.txt"})
     EXPECT_GT(fs::file_size(folder.file(std::string("out/") + name)), 100u) << name;
 }
 
@@ -130,10 +130,10 @@ TEST(MeasuredRoughness, IsWhatThePsdCommandFits) {
       "study.json",
       study_with(
           R"(, "roughness": {"psd": {"model": "measured", "file": "mirror.txt", "scale": 50}}, "terms": {"zernike": {"n_max": 6}})"));
-  ASSERT_EQ(run_program(folder, "psd study.json --json --no-plots -o a"), 0)
+  ASSERT_EQ(run_program(folder, "psd study.json --json --pictures none -o a"), 0)
       << read_file(folder.file("stderr.txt"));
   const ordered_json from_study = ordered_json::parse(read_file(folder.file("stdout.txt")));
-  ASSERT_EQ(run_program(folder, "psd mirror.txt --scale 50 --json --no-plots -o b"), 0);
+  ASSERT_EQ(run_program(folder, "psd mirror.txt --scale 50 --json --pictures none -o b"), 0);
   const ordered_json from_file = ordered_json::parse(read_file(folder.file("stdout.txt")));
   EXPECT_EQ(from_study["model"], from_file["model"]);
   EXPECT_EQ(from_study["roughness"], from_file["roughness"]);
@@ -158,7 +158,7 @@ TEST(MapTarget, FitsAnInterferogramAndExportsTheSurface) {
       "study.json",
       study_with(
           R"(, "target": {"map": {"file": "map.dat"}}, "terms": {"zernike": {"n_max": 6}}, "trace": {"rays": 4096},
-                   "output": {"plots": false, "export": ["zemax-grid-sag", "zernike-noll", "codev-int", "codev-zfr", "fits-opd", "csv"],
+                   "output": {"pictures": "none", "export": ["zemax-grid-sag", "zernike-noll", "codev-int", "codev-zfr", "fits-opd", "csv"],
                               "export_grid": 65})",
           "24.5 mm"));
   ASSERT_EQ(run_program(folder, "fit study.json --json -o out"), 0) << read_file(folder.file("stderr.txt"));
@@ -231,7 +231,7 @@ TEST(PsdCommand, ChoosesTheImageOfAFitsFileAndSaysSo) {
                fits_image(true, "", 100) + fits_image(false, fits_card("EXTNAME", "'OPD'") + said, 1000));
   folder.write("two.fits", fits_image(true, said, 100) + fits_image(false, said, 1000));
   const auto psd = [&](const std::string& options) {
-    run_program(folder, "psd " + options + " --of surface --json --no-plots --keep-lines");
+    run_program(folder, "psd " + options + " --of surface --json --pictures none --keep-lines");
     return ordered_json::parse(read_file(folder.file("stdout.txt")));
   };
   const ordered_json chosen = psd("one.fits");
@@ -264,7 +264,7 @@ TEST(PsdCommand, ChoosesTheImageOfAFitsFileAndSaysSo) {
            hdu + "}}";
   };
   folder.write("study.json", study_with(", \"roughness\": " + study_file("1")));
-  run_program(folder, "psd study.json --json --no-plots -o of_study");
+  run_program(folder, "psd study.json --json --pictures none -o of_study");
   EXPECT_EQ(ordered_json::parse(read_file(folder.file("stdout.txt")))["estimate"]["rms_height_m"], second);
   folder.write("study.json", study_with(", \"roughness\": " + study_file("1.5")));
   EXPECT_EQ(run_program(folder, "psd study.json"), 2);

@@ -37,7 +37,7 @@ TEST(OutliersOfAFile, AreToldRejectedOrKept) {
   const ScratchFolder folder;
   folder.write("map.csv", spoilt_map());
   const auto run = [&](const std::string& options) {
-    EXPECT_EQ(run_program(folder, "psd map.csv --of surface --no-plots -o out " + options), 0)
+    EXPECT_EQ(run_program(folder, "psd map.csv --of surface --pictures none -o out " + options), 0)
         << read_file(folder.file("stderr.txt"));
     return ordered_json::parse(read_file(folder.file("out/result.json")));
   };
@@ -56,7 +56,7 @@ TEST(OutliersOfAFile, AreToldRejectedOrKept) {
                                       1e6 * slope(rejected), 1e6 * slope(told))),
             std::string::npos)
       << sentence;
-  EXPECT_EQ(run_program(folder, "psd map.csv --outliers away --no-plots"), 2);
+  EXPECT_EQ(run_program(folder, "psd map.csv --outliers away --pictures none"), 2);
 }
 
 TEST(OutliersOfAFile, OfAMapThatIsFittedAreToldByFitAndCheck) {
@@ -67,7 +67,7 @@ TEST(OutliersOfAFile, OfAMapThatIsFittedAreToldByFitAndCheck) {
                  R"({"aberfit": 1, "mirror": {"focal_length": "1 m"}, "light": {"wavelength": "632.8 nm"},
                      "aperture": {"shape": "circle", "diameter": "63 mm"}, "trace": {"rays": 1024},
                      "target": {"map": {"file": "map.csv", "of": "surface", "origin": "grid")" +
-                     keys + R"(}}, "terms": {"zernike": {"n_max": 4}}, "output": {"plots": false}})");
+                     keys + R"(}}, "terms": {"zernike": {"n_max": 4}}, "output": {"pictures": "none"}})");
   };
   const auto json = [&](const std::string& command) {
     EXPECT_EQ(run_program(folder, command + " study.json --json"), 0) << read_file(folder.file("stderr.txt"));
@@ -93,7 +93,7 @@ TEST(OutliersOfAFile, ValuesInAWrongUnitAreUnusual) {
   const Profile profile = random_profile(RadialPsd(KCorrelationPsd{20e-9, 0.012, 3}), 500, 1e-3, {.seed = 4});
   for (Eigen::Index i = 0; i < profile.size(); ++i) text += fmt::format("{},{}\n", i, 1e9 * profile.value[i]);
   folder.write("line.csv", text);
-  EXPECT_EQ(run_program(folder, "psd line.csv --no-plots -o out"), 0);
+  EXPECT_EQ(run_program(folder, "psd line.csv --pictures none -o out"), 0);
   const ordered_json result = ordered_json::parse(read_file(folder.file("out/result.json")));
   ASSERT_TRUE(warning(result, "unusual"));
   EXPECT_NE(read_file(folder.file("stdout.txt")).find("unusual"), std::string::npos);

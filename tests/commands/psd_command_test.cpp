@@ -45,7 +45,7 @@ struct Ran {
 Ran measured(const Spectrum& spectrum, ProfileQuantity quantity, int seed) {
   const ScratchFolder folder;
   folder.write("mirror.csv", profile_csv(spectrum, quantity, seed));
-  EXPECT_EQ(run_program(folder, "psd mirror.csv --no-plots -o out"), 0)
+  EXPECT_EQ(run_program(folder, "psd mirror.csv --pictures none -o out"), 0)
       << read_file(folder.file("stderr.txt"));
   return {ordered_json::parse(read_file(folder.file("out/result.json"))),
           read_file(folder.file("stdout.txt")), read_file(folder.file("out/psd.csv"))};
@@ -117,7 +117,7 @@ TEST(PsdCommand, SaysWhereTheBandThatIsAskedForHasNoBins) {
   const ScratchFolder folder;
   folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
   const auto warns = [&](const std::string& options) {
-    EXPECT_EQ(run_program(folder, "psd mirror.csv --no-plots --json -o out " + options), 0);
+    EXPECT_EQ(run_program(folder, "psd mirror.csv --pictures none --json -o out " + options), 0);
     return read_file(folder.file("stdout.txt")).find("band-beyond-data") != std::string::npos;
   };
   EXPECT_FALSE(warns("--f-min '3 /m' --f-max '400 /m'"));
@@ -150,7 +150,7 @@ TEST(PsdCommand, TellsBandsInTextJsonAndTable) {
   folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
   const std::string bands =
       " --bands 'low=5/m..0.05/mm, mid=0.05/mm..0.3/mm,beyond=1/mm..2/mm,all=1/km..1/um'";
-  ASSERT_EQ(run_program(folder, "psd mirror.csv --no-plots -o out" + bands), 0)
+  ASSERT_EQ(run_program(folder, "psd mirror.csv --pictures none -o out" + bands), 0)
       << read_file(folder.file("stderr.txt"));
   const ordered_json result = ordered_json::parse(read_file(folder.file("out/result.json")));
   const std::string text = read_file(folder.file("stdout.txt")),
@@ -179,7 +179,8 @@ TEST(PsdCommand, TellsBandsInTextJsonAndTable) {
     sum += std::pow(number(octave["data"]["rms_height_m"]), 2);
   EXPECT_NEAR(std::sqrt(sum) / number(result["bands"][3]["data"]["rms_height_m"]), 1, 1e-9);
   for (const char* wrong : {"low", "low=1/m", "low=1/m..0.5/m", "=1/m..2/m", "low=1..2 mm"})
-    EXPECT_EQ(run_program(folder, fmt::format("psd mirror.csv --no-plots -o out --bands '{}'", wrong)), 2)
+    EXPECT_EQ(run_program(folder, fmt::format("psd mirror.csv --pictures none -o out --bands '{}'", wrong)),
+              2)
         << wrong;
 }
 
@@ -190,7 +191,7 @@ TEST(PsdCommand, QuotesNamesOfBandsInTheTable) {
     "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "600 nm"},
     "roughness": {"psd": {"model": "measured", "file": "mirror.csv",
       "bands": [{"name": "low, \"figure\"", "f_min": "5 /m", "f_max": "50 /m"}]}}})");
-  ASSERT_EQ(run_program(folder, "psd study.json --no-plots -o out"), 0)
+  ASSERT_EQ(run_program(folder, "psd study.json --pictures none -o out"), 0)
       << read_file(folder.file("stderr.txt"));
   EXPECT_NE(read_file(folder.file("out/bands.csv")).find("\n\"low, \"\"figure\"\"\",5,50,"),
             std::string::npos);
@@ -274,10 +275,10 @@ TEST(PsdCommand, PrintsALineThatAStudyTakes) {
 TEST(PsdCommand, HanningIsTheWindowOfHann) {
   const ScratchFolder folder;
   folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
-  ASSERT_EQ(run_program(folder, "psd mirror.csv --no-plots -o hann --window hann"), 0);
+  ASSERT_EQ(run_program(folder, "psd mirror.csv --pictures none -o hann --window hann"), 0);
   const std::string hann = read_file(folder.file("hann/psd.csv"));
   for (const std::string name : {"hanning", "Hanning", "HANNING"}) {
-    ASSERT_EQ(run_program(folder, "psd mirror.csv --no-plots -o " + name + " --window " + name), 0);
+    ASSERT_EQ(run_program(folder, "psd mirror.csv --pictures none -o " + name + " --window " + name), 0);
     EXPECT_EQ(read_file(folder.file(name + "/psd.csv")), hann) << name;
   }
 }
@@ -306,18 +307,18 @@ TEST(PsdCommand, AsksOnceForAllThatAFileLeavesOpenInTheWordsOfItsUser) {
     EXPECT_EQ(run_program(folder, command), 2) << command;
     return read_file(folder.file("stderr.txt"));
   };
-  const std::string typed = message("psd map.txt --no-plots -o out");
+  const std::string typed = message("psd map.txt --pictures none -o out");
   for (const char* option : {"--pitch LENGTH", "--of surface|wavefront", "--value-unit UNIT"})
     EXPECT_NE(typed.find(option), std::string::npos) << option << ": " << typed;
-  const std::string one = message("psd map.txt --no-plots -o out --pitch '1 mm' --of surface");
+  const std::string one = message("psd map.txt --pictures none -o out --pitch '1 mm' --of surface");
   EXPECT_NE(one.find("the option --value-unit"), std::string::npos) << one;
   const std::string waves =
-      message("psd map.txt --no-plots -o out --pitch '1 mm' --of surface --value-unit waves");
+      message("psd map.txt --pictures none -o out --pitch '1 mm' --of surface --value-unit waves");
   EXPECT_NE(waves.find("the option --wavelength"), std::string::npos) << waves;
   folder.write("study.json", R"({"aberfit": 1, "mirror": {"focal_length": "2 m"},
     "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "600 nm"},
     "roughness": {"psd": {"model": "measured", "file": "map.txt"}}})");
-  const std::string written = message("psd study.json --no-plots -o out");
+  const std::string written = message("psd study.json --pictures none -o out");
   for (const char* key : {"\"pitch\": \"0.1 mm\"", "\"of\": \"surface\" or", "\"value_unit\": \"nm\""})
     EXPECT_NE(written.find(key), std::string::npos) << key << ": " << written;
   EXPECT_EQ(written.find("--"), std::string::npos) << written;
@@ -341,7 +342,7 @@ TEST(PsdCommand, TakesWavesWrappedRowsAndBottomRowsByOptionAndByKey) {
     }
   folder.write("plain.txt", plain), folder.write("wrapped.txt", wrapped), folder.write("waves.txt", in_waves);
   const auto psd_of = [&](const std::string& arguments) {
-    EXPECT_LE(run_program(folder, "psd " + arguments + " --no-plots --json -o out"), 1)
+    EXPECT_LE(run_program(folder, "psd " + arguments + " --pictures none --json -o out"), 1)
         << read_file(folder.file("stderr.txt"));
     const ordered_json result = ordered_json::parse(read_file(folder.file("stdout.txt")));
     std::vector<double> psd;
@@ -393,7 +394,8 @@ TEST(PsdCommand, SaysThatAShapeLeaksAndHowToTakeItOff) {
     for (Eigen::Index i = 0; i < profile.size(); ++i)
       text += fmt::format("{:.17g},{:.17g}\n", profile.x[i], profile.value[i]);
     folder.write("mirror.csv", text);
-    EXPECT_LE(run_program(folder, fmt::format("psd mirror.csv --no-plots -o out --degree {}", degree)), 1);
+    EXPECT_LE(run_program(folder, fmt::format("psd mirror.csv --pictures none -o out --degree {}", degree)),
+              1);
     return Ran{ordered_json::parse(read_file(folder.file("out/result.json"))),
                read_file(folder.file("stdout.txt")), read_file(folder.file("out/psd.csv"))};
   };

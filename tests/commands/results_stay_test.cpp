@@ -30,13 +30,13 @@ constexpr const char* kStudy = R"({"aberfit": 1, "title": "small",
   "vary": {"over": {"/roughness/psd/rms": ["50 nm", "100 nm"]}}})";
 
 const std::map<std::string, std::string> kCommands = {
-    {"fit", "fit study.json --no-plots --quiet"},
-    {"solve", "solve study.json --no-plots --quiet"},
-    {"verify", "verify study.json --no-plots --quiet"},
-    {"sweep", "sweep study.json --no-plots --quiet"},
+    {"fit", "fit study.json --pictures none --quiet"},
+    {"solve", "solve study.json --pictures none --quiet"},
+    {"verify", "verify study.json --pictures none --quiet"},
+    {"sweep", "sweep study.json --pictures none --quiet"},
     {"trace", "trace study.json --quiet --arrays csv"},
     {"check", "check study.json --quiet --arrays npz"},
-    {"psd", "psd profile.txt --no-plots --quiet --quantity height --x-unit m --value-unit m"}};
+    {"psd", "psd profile.txt --pictures none --quiet --quantity height --x-unit m --value-unit m"}};
 
 // Every file below a folder, hidden ones too, with its bytes; links and folders by what they are.
 std::map<std::string, std::string> bytes_below(const std::string& folder) {
@@ -163,11 +163,12 @@ TEST_F(ResultsStay, ButForWhatIsForcedWhichIsSaid) {
   std::string loud = kCommands.at("solve");
   loud.replace(loud.find(" --quiet"), 8, " --force");
   EXPECT_EQ(run(loud + " -o " + folder), 0) << err();
-  EXPECT_NE(err().find("replaced in forced: result.json, summary.txt of `aberfit fit`"), std::string::npos)
+  EXPECT_NE(err().find("replaced in forced: report.html, result.json, summary.txt of `aberfit fit`"),
+            std::string::npos)
       << err();
   const auto after = bytes_below(file(folder));
   for (const auto& [name, bytes] : before)
-    if (name != "result.json" && name != "summary.txt" && name != ".aberfit-files") {
+    if (name != "report.html" && name != "result.json" && name != "summary.txt" && name != ".aberfit-files") {
       EXPECT_EQ(after.at(name), bytes) << name;
     }
   EXPECT_EQ(ordered_json::parse(after.at("result.json"))["status"], "solved");

@@ -92,6 +92,38 @@ TEST_F(SolveCommand, ReturnsOneWhereThereIsNoSolutionOrNoBound) {
   EXPECT_NE(err().find("/solve"), std::string::npos) << err();
 }
 
+// What binds is met exactly: 80 % of the solution's light is inside the budgeted radius, 1.5 arcsec at f = 2
+// m.
+TEST_F(SolveCommand, DrawsTheLightOfTheSolutionThroughItsBudget) {
+  EXPECT_EQ(run("solve study.json -o drawn --set \"/mirror/focal_length=2 m\" --set /target/theory=ghs "
+                "--set \"/roughness/psd/f_max=200 /m\" --set \"/solve/so_that/ee80_diameter=<= 3 arcsec\""),
+            0)
+      << err();
+  const double radius = 2.0 * 1.5 / 206264.806;
+  std::istringstream light(read_file(folder_.file("drawn/plots/budget_light.dat")));
+  double before[4] = {}, at[4] = {};
+  for (std::string line; at[0] < radius && std::getline(light, line);)
+    if (line[0] != '#') {
+      std::copy(std::begin(at), std::end(at), before);
+      std::istringstream(line) >> at[0] >> at[1] >> at[2] >> at[3];
+    }
+  EXPECT_LE(before[3], 0.8);
+  EXPECT_GE(at[3], 0.8);
+  EXPECT_LT(at[3] - before[3], 0.02);
+  EXPECT_GT(at[1], at[3]);  // a mirror without roughness keeps more
+  const ordered_json result = ordered_json::parse(read_file(folder_.file("drawn/result.json")));
+  const double sensitivity =
+      result["solutions"][0]["budgets"]["ee80_diameter_rad"]["sensitivity"]["/roughness/psd/rms"];
+  std::istringstream bars(read_file(folder_.file("drawn/plots/sensitivities.dat")));
+  std::string line;
+  double place = 0, bar = 0;
+  while (std::getline(bars, line) && line[0] == '#') {
+  }
+  std::istringstream(line) >> place >> bar;
+  EXPECT_EQ(place, 1);
+  EXPECT_NEAR(bar / sensitivity, 1, 1e-8);
+}
+
 TEST_F(SolveCommand, OfTwoNumbersWritesTheContour) {
   EXPECT_EQ(run("solve study.json -o two --set /solve/for/1=/roughness/psd/f_max"), 0) << err();
   std::istringstream table(read_file(folder_.file("two/contour.csv")));
@@ -106,7 +138,7 @@ TEST_F(SolveCommand, OfTwoNumbersWritesTheContour) {
   for (const char* file : {"contour.gp", "contour.dat"})
     EXPECT_TRUE(std::filesystem::exists(folder_.file(std::string("two/plots/") + file))) << file;
   // Two numbers at each axis, however short.
-  const std::string script = read_file(folder_.file("two/plots/contour.gp"));
+  const std::string script = read_file(folder_.file("two/plots/contour.values"));
   for (const char* tics : {"set xtics (", "set ytics ("}) {
     const std::size_t from = script.find(tics);
     ASSERT_NE(from, std::string::npos);

@@ -117,10 +117,10 @@ TEST_F(SolveFocusCommand, FindsTheRoughnessOfACurve) {
   std::istringstream lines(summary);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   EXPECT_EQ(read_file(folder_.file("result/focus.csv")).find("radius_m,measured_share"), 0u);
-  EXPECT_GT(read_file(folder_.file("result/plots/focus.png")).size(), 1000u);
+  EXPECT_GT(read_file(folder_.file("result/plots/focus.svg")).size(), 1000u);
   // The resolved study asks the same.
   folder_.write("resolved.json", json["study"].dump());
-  EXPECT_EQ(run("solve resolved.json --json --quiet --no-plots -o again"), 0) << err();
+  EXPECT_EQ(run("solve resolved.json --json --quiet --pictures none -o again"), 0) << err();
   EXPECT_EQ(ordered_json::parse(out())["numbers"], json["numbers"]);
 }
 
@@ -158,7 +158,7 @@ TEST_F(SolveFocusCommand, AirIsNotOneMirrorsOwn) {
     study["roughness"]["psd"]["B"] = kTruth.correlation;
     study["solve"]["with"] = ordered_json::parse(air);
     folder_.write("study.json", study.dump());
-    run("solve study.json --json --quiet --no-plots -o result");
+    run("solve study.json --json --quiet --pictures none -o result");
     return ordered_json::parse(out());
   };
   const ordered_json json = fitted(R"({"atmosphere": {"r0": "50 cm", "wavelength": "550 nm"}})");
@@ -182,7 +182,8 @@ TEST_F(SolveFocusCommand, TheUnitOfAnImageDoesNotCount) {
       text += fmt::format("{:.9g}{}", unit * counts[k], (k + 1) % 81 == 0 ? "\n" : " ");
     folder_.write("star.txt", text);
     folder_.write("study.json", focus_study(R"({"file": "star.txt", "pixel": "2 um"})"));
-    run("solve study.json --json --quiet --no-plots -o result --set '/solve/for=[\"/roughness/psd/rms\"]'");
+    run("solve study.json --json --quiet --pictures none -o result --set "
+        "'/solve/for=[\"/roughness/psd/rms\"]'");
     heights.push_back(double(ordered_json::parse(out())["numbers"][0]["best"]));
   }
   EXPECT_NEAR(heights[1] / heights[0], 1, 1e-4);

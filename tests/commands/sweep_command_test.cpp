@@ -34,7 +34,7 @@ ordered_json study(int heights, int bands) {
       ordered_json::parse(R"({ "aberfit": 1, "title": "swept", "mirror": { "focal_length": "1 m" },
     "aperture": { "shape": "circle", "diameter": "0.2 m" }, "light": { "wavelength": "500 nm" },
     "roughness": { "psd": { "model": "uniform", "rms": "20 nm", "f_min": "10 /m", "f_max": "40 /m" } },
-    "output": { "plots": false } })");
+    "output": { "pictures": "none" } })");
   made["vary"]["over"]["/roughness/psd/rms"] = {
       {"from", "5 nm"}, {"to", "80 nm"}, {"count", heights}, {"spacing", "log"}};
   made["vary"]["over"]["/roughness/psd/f_max"] = {{"from", "9 /m"}, {"to", "49 /m"}, {"count", bands}};
@@ -339,7 +339,7 @@ TEST_F(SweepCommand, OfSolvesHasWhatIsAllowed) {
 // Budgets on their limits but for rounding leave nothing to draw lines between.
 TEST_F(SweepCommand, OfEqualValuesEnds) {
   ordered_json solves = study(2, 2);
-  solves["output"]["plots"] = true;
+  solves["output"]["pictures"] = "auto";
   solves["solve"] = {{"for", {"/roughness/psd/rms"}}, {"so_that", {{"rms_height@1/m-30/m", "<= 5 nm"}}}};
   solves["vary"] = {{"over",
                      {{"/roughness/psd/f_min", {{"from", "2 /m"}, {"to", "9 /m"}, {"count", 3}}},

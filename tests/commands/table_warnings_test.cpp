@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "aberfit/commands/run.h"
-#include "aberfit/report/check_report.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/study/read_study.h"
 #include "study/scratch_folder.h"
 

@@ -31,7 +31,8 @@ class UnusedParts : public testing::Test {
     if (!with.empty()) study["solve"]["with"] = ordered_json::parse(with);
     study["vary"]["run"] = run;
     folder_.write("study.json", study.dump());
-    EXPECT_LE(test::run_program(folder_, command + " study.json --json --quiet --no-plots --force -o out"), 1)
+    EXPECT_LE(
+        test::run_program(folder_, command + " study.json --json --quiet --pictures none --force -o out"), 1)
         << read_file(folder_.file("stderr.txt"));
     std::vector<std::string> sentences;
     const ordered_json result = ordered_json::parse(read_file(folder_.file("stdout.txt")));

@@ -20,7 +20,7 @@ constexpr const char* kStudy = R"({ "aberfit": 1, "mirror": { "focal_length": "1
   "roughness": { "psd": { "model": "k-correlation", "rms": "8 nm", "B": "30 mm", "exponent": 3, "f_min": "4 /m",
     "f_max": "200 /m" } },
   "solve": { "for": ["/roughness/psd/rms"], "so_that": { "ee80_diameter": "<= 30 um" } },
-  "vary": { "over": { "/roughness/psd/rms": ["8 nm", "9 nm", "10 nm"] } }, "output": { "plots": false } })";
+  "vary": { "over": { "/roughness/psd/rms": ["8 nm", "9 nm", "10 nm"] } }, "output": { "pictures": "none" } })";
 
 std::size_t count(const std::string& text, const std::string& word) {
   std::size_t found = 0;
@@ -79,12 +79,12 @@ TEST_F(UnusualNumbersOfAStudy, AreOneLineWhereSomethingCanBeComputed) {
     EXPECT_TRUE(unusual_in(ordered_json::parse(out())).empty()) << command;
   }
   EXPECT_LT(run("check s.json --set /mirror/focal_length=1500"), 2);
-  EXPECT_EQ(count(out(), "unusual: "), 1u) << out();
+  EXPECT_EQ(count(out(), "[unusual] "), 1u) << out();
 }
 
 TEST_F(UnusualNumbersOfAStudy, AreToldOnceOfASweep) {
   EXPECT_EQ(run("sweep s.json -o all --set /mirror/focal_length=1500"), 0) << err();
-  EXPECT_EQ(count(out(), "unusual: "), 1u) << out();
+  EXPECT_EQ(count(out(), "[unusual] "), 1u) << out();
   EXPECT_NE(out().find("3 of 3 cases"), std::string::npos) << out();
   EXPECT_EQ(count(read_file(folder_.file("all/cases.csv")), "unusual"), 3u);
   const ordered_json result = ordered_json::parse(read_file(folder_.file("all/result.json")));

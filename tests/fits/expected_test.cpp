@@ -3,6 +3,7 @@
 #include "fits/expected.h"
 
 #include "aberfit/commands/run.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/study/read_study.h"
 
 using namespace aberfit;

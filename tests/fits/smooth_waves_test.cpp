@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "aberfit/commands/run.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/study/read_study.h"
 #include "fits/expected.h"
 
@@ -49,5 +50,5 @@ TEST(SmoothWaves, ForcedToRaysAreDifferentAndSayWhy) {
   EXPECT_EQ(result.verdict, Verdict::kEquivalent);                            // of the theory that was named
   ASSERT_TRUE(result.light.has_value());
   EXPECT_EQ(result.light->verdict, Verdict::kDifferent);
-  EXPECT_EQ(summary_table(result, false).find("EQUIVALENT in geometric rays; in light DIFFERENT ("), 0u);
+  EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT in geometric rays; in light DIFFERENT ("), 0u);
 }

@@ -1,9 +1,8 @@
-// Texts with units, and the arithmetic that a study may hold.
+// Texts with units.
 #include "aberfit/core/units.h"
 
 #include <cmath>
 
-#include "../../src/study/expression.h"
 #include "harness.h"
 #include "targets.h"
 
@@ -37,22 +36,8 @@ std::vector<std::string> unit_seeds() {
           "+1e+2 km",   "0.0 m",         "2 mas"};
 }
 
-void read_expression(std::string_view text) {
-  try {
-    internal::evaluate_expression(text, [](std::string_view name) { return double(name.size()); });
-  } catch (const std::invalid_argument&) {
-  }
-}
-
-std::vector<std::string> expression_seeds() {
-  return {"1 + 2*x.y_m/3^2", "max(abs(-a), sqrt(2)) <= 1e-3", "ours > 0 && printed < 2",
-          "(a - b)/(a + b)", "exp(log10(x))*sin(0.5)",        "-(-(-1))^2"};
-}
-
 }  // namespace
 
-std::vector<FuzzTarget> unit_targets() {
-  return {{"units", read_units, unit_seeds, 256}, {"expression", read_expression, expression_seeds, 1024}};
-}
+std::vector<FuzzTarget> unit_targets() { return {{"units", read_units, unit_seeds, 256}}; }
 
 }  // namespace aberfit::test

@@ -1,4 +1,4 @@
-// Where no frequency needs a term: how many drawn mirrors a verdict rests on.
+// Number of random mirrors behind a verdict where no frequency needs a term.
 #include "aberfit/method/all_scatter.h"
 
 #include <fmt/format.h>
@@ -14,13 +14,13 @@
 namespace aberfit {
 namespace {
 
-// A smooth 0.3 m f/24 annulus with a Gaussian spectrum, dozens of correlation lengths across: no terms.
+// A smooth 0.3 m f/24 annulus, dozens of correlation lengths across, which needs no terms.
 ResultDocument fitted(double rms_nm, double correlation_mm) {
   return run_fit(
       parse_study(fmt::format(R"({{"aberfit": 1, "mirror": {{"focal_length": "7.06 m"}}, "aperture":
     {{"shape": "annulus", "diameter": "0.3 m", "inner_diameter": "0.101 m"}}, "light": {{"wavelength": "1 um"}},
     "roughness": {{"psd": {{"model": "gaussian", "rms": "{} nm", "correlation_length": "{} mm"}}}},
-    "output": {{"plots": false}}}})",
+    "output": {{"pictures": "none"}}}})",
                               rms_nm, correlation_mm),
                   "study.json"),
       {});
@@ -47,14 +47,14 @@ TEST(AllScatter, DrawsMoreMirrorsWhereTheySpreadTooFarToTell) {
   EXPECT_TRUE(draws == law::kMostDraws || widest(wide) < 0.4);
 }
 
-// Few low frequencies carry the height: 64 mirrors know it to 0.8 % (90 %), and verdicts with a margin of
-// 1 % were left open for want of more, although surfaces without their light are cheap.
+// Few low frequencies carry the height, so the largest number of mirrors with images does not determine it to
+// the margin. Surfaces without images are cheap, and more of them decide.
 TEST(AllScatter, DrawsSurfacesAloneUntilTheirHeightIsKnown) {
   const ResultDocument result = run_fit(
       parse_study(R"({"aberfit": 1, "mirror": {"focal_length": "85 mm"}, "aperture": {"shape": "rectangle",
         "width": "16 mm", "height": "3.3 mm"}, "light": {"wavelength": "641 nm"}, "roughness": {"psd": {"model":
         "k-correlation", "rms": "1.13 nm", "B": "2.36 mm", "exponent": 2.63, "f_min": "31 /m", "f_max": "2.9 /mm"}},
-        "equivalence": {"margin": "1.5 %"}, "output": {"plots": false}})",
+        "equivalence": {"margin": "1.5 %"}, "output": {"pictures": "none"}})",
                   "study.json"),
       {});
   ASSERT_EQ(result.terms.size(), 0);
@@ -63,12 +63,12 @@ TEST(AllScatter, DrawsSurfacesAloneUntilTheirHeightIsKnown) {
                    [](const EquivalenceMetric& metric) { return metric.name == "rms_height_m"; });
   ASSERT_NE(height, result.metrics.end());
   EXPECT_LT(0.5 * (height->interval[1] - height->interval[0]) / height->margin, 0.4);
-  // Of so many mirrors with light the height's interval would be wider than that.
+  // kMostDraws mirrors would give a wider interval of the height.
   EXPECT_LE(result.metrics.front().degrees_of_freedom, law::kMostDraws - 1);
   EXPECT_EQ(result.verdict, Verdict::kEquivalent);
 }
 
-// What light asks for ends at the most mirrors with light, and asks for no surfaces without.
+// The number of mirrors with images is limited, and only statistics of the surface use further surfaces.
 TEST(AllScatter, DrawsNoSurfacesWhereLightAloneIsJudged) {
   std::string said;
   RunOptions options;
@@ -77,7 +77,7 @@ TEST(AllScatter, DrawsNoSurfacesWhereLightAloneIsJudged) {
       parse_study(R"({"aberfit": 1, "mirror": {"focal_length": "85 mm"}, "aperture": {"shape": "circle",
         "diameter": "8 mm"}, "light": {"wavelength": "641 nm"}, "roughness": {"psd": {"model": "k-correlation",
         "rms": "25 nm", "B": "2.4 mm", "exponent": 2.6, "f_min": "31 /m", "f_max": "2.9 /mm"}}, "terms":
-        {"band": "10 /m"}, "target": {"statistics": {"ee50": {}, "ee90": {}}}, "output": {"plots": false}})",
+        {"band": "10 /m"}, "target": {"statistics": {"ee50": {}, "ee90": {}}}, "output": {"pictures": "none"}})",
                   "study.json"),
       options);
   ASSERT_EQ(result.terms.size(), 0);

@@ -1,4 +1,4 @@
-// Where a roughness is cut into terms and scatter, and what is said of both.
+// The cut of a roughness into terms and scatter, and the statements about both parts.
 #include "aberfit/method/band_choice.h"
 
 #include <fmt/format.h>
@@ -10,6 +10,7 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/realisation_spread.h"
 #include "short_form.h"
@@ -17,7 +18,7 @@
 namespace aberfit {
 namespace {
 
-// A 0.3 m f/6 circle with a k-correlation of 5 to `f_max` cycles/m. more: further keys, with a leading comma.
+// A 0.3 m f/6 circle with a k-correlation PSD from 5 to `f_max` cycles/m. more: keys after a comma.
 std::string scene(double rms_nm, double f_max = 400, const std::string& more = "", double f_min = 5) {
   return fmt::format(
       R"({{"aberfit": 1, "mirror": {{"focal_length": "1.8 m"}}, "aperture": {{"shape": "circle", )"
@@ -37,8 +38,7 @@ std::string refusal(const std::string& text) {
   return "";
 }
 
-// Largest standard deviation of what is judged over a third of its tolerance, by the theory and the targets
-// alone.
+// Largest standard deviation of a judged statistic over a third of its tolerance, by theory alone.
 double spread_over_limit(const Study& study, const Layout& layout, double cut) {
   const double third = study.equivalence.margin / 3;
   std::vector<FocalDisc> discs;
@@ -67,7 +67,7 @@ TEST_WITH_SHORT_FORM(BandChoice, CutsWhereTheSpreadIsAThirdOfTheToleranceAndNoHi
     ASSERT_TRUE(layout.ground.split);
     const double cut = layout.ground.split->cut();
     ASSERT_GT(cut, 5);
-    // Rings are judged, too, and may ask for a higher cut than what is looked at here.
+    // Rings are judged, too, and may need a higher cut than the discs of this check.
     EXPECT_LE(spread_over_limit(study, layout, cut), 1 + 1e-6) << rms;
     EXPECT_NEAR(layout.ground.shares->spread, 1.0 / 3, 1e-6);
     if (layout.ground.shares->spread_of.find("ring") == std::string::npos) {
@@ -94,13 +94,13 @@ TEST_WITH_SHORT_FORM(BandChoice, MovesSmoothlyAlongASweep) {
     ASSERT_TRUE(layout.ground.split);
     cuts.push_back(std::log(layout.ground.split->cut()));
   }
-  // Off the line through its neighbours by less than a twentieth of a step's own size and 1 %.
+  // Each cut lies within 1 % of the line through its neighbours, a twentieth of a step.
   for (std::size_t k = 1; k + 1 < cuts.size(); ++k)
     EXPECT_NEAR(cuts[k], 0.5 * (cuts[k - 1] + cuts[k + 1]), 0.01) << k;
 }
 
 TEST(BandChoice, TheEndOfTheBandHardlyMattersToTheCut) {
-  // Ten times the band: the additional frequencies scatter far away.
+  // With ten times the band, the additional frequencies scatter far away.
   const double narrow = layout_of(scene(15, 400)).ground.split->cut(),
                wide = layout_of(scene(15, 4000)).ground.split->cut();
   EXPECT_NEAR(wide / narrow, 1, 0.1);
@@ -127,7 +127,7 @@ TEST(BandChoice, FollowsWhatTheStudySays) {
   EXPECT_EQ(named.ground.split->cut(), 33);
   EXPECT_FALSE(named.ground.shares->automatic);
   EXPECT_TRUE(parse_study(scene(25, 400, R"(, "terms": {"band": "33 /m"})"), "s").terms.automatic());
-  // Above the band everything is terms; below it, nothing.
+  // With a cut above the band everything is terms; with a cut below it, nothing is.
   EXPECT_FALSE(layout_of(scene(25, 400, R"(, "terms": {"band": "500 /m"})")).ground.split);
   EXPECT_FALSE(layout_of(scene(25, 400, R"(, "terms": {"band": "1 /m"})")).ground.split->has_low());
 }
@@ -156,19 +156,19 @@ TEST(BandChoice, AFitShowsBothPartsAndRunsAgainFromItsResolvedStudy) {
   EXPECT_EQ(result.verdict, Verdict::kEquivalent);
   ASSERT_TRUE(result.shares && result.scatter);
   EXPECT_NEAR(std::hypot(result.surface.rms_height, result.shares->rest_rms), 25e-9, 0.03 * 25e-9);
-  // Averaged over the aperture, whose rim at f/6 is tilted by 1 part in 24.
+  // Both are averages over the aperture, whose rim is tilted by 1/24 at f/6.
   EXPECT_NEAR(result.scatter->table.tis, result.shares->tis, 5e-3 * result.shares->tis);
   const nlohmann::ordered_json json = to_json(result, resolved(study, result));
   EXPECT_EQ(json["split"]["cut_per_m"], result.shares->cut);
   EXPECT_EQ(json["study"]["terms"]["band"], result.shares->cut);
-  const std::string table = summary_table(result, true);
+  const std::string table = text_of(page_of(result, true));
   EXPECT_NE(table.find("Band"), std::string::npos);
   const ResultDocument again = run_fit(parse_study(json["study"].dump(), "study.json"), {});
   ASSERT_EQ(again.terms.size(), result.terms.size());
   EXPECT_LT((again.fit.coefficients - result.fit.coefficients).norm(), 1e-9 * result.fit.coefficients.norm());
 }
 
-// Under a theory of rays the rest is a slope of every ray's own; light's answer stands beside it.
+// Under a theory of rays, scatter is an independent slope of each ray; wave optics is shown beside it.
 TEST(BandChoice, RaysAreSplitWhereTheStudySaysAndTheirVerdictIsAboutTheWhole) {
   const std::string text =
       scene(250, 400,
@@ -183,11 +183,11 @@ TEST(BandChoice, RaysAreSplitWhereTheStudySaysAndTheirVerdictIsAboutTheWhole) {
   EXPECT_EQ(result.verdict, Verdict::kEquivalent);
   ASSERT_TRUE(result.shares && result.scatter && result.light);
   EXPECT_NEAR(std::hypot(result.surface.rms_height, result.shares->rest_rms), 250e-9, 0.03 * 250e-9);
-  // The terms alone bend by less than the whole mirror is held to.
+  // The RMS slope of the terms alone is below that of the whole mirror.
   const double whole = psd_moments(*layout.ground.psd).rms_slope_per_axis();
   EXPECT_LT(result.surface.rms_slope_per_axis, 0.8 * whole);
   EXPECT_NEAR(std::hypot(result.surface.rms_slope_per_axis, result.shares->rest_slope) / whole, 1, 0.03);
-  EXPECT_NE(summary_table(result, true).find("in light"), std::string::npos);
+  EXPECT_NE(text_of(page_of(result, true)).find("in light"), std::string::npos);
 }
 
 TEST(BandChoice, WithoutTermsTheVerdictRestsOnDraws) {
@@ -204,7 +204,7 @@ TEST(BandChoice, WithoutTermsTheVerdictRestsOnDraws) {
     EXPECT_TRUE(metric.degrees_of_freedom < 1e3 || metric.standard_error == 0) << metric.name;
   }
   EXPECT_GT(scattered, 100);
-  // Its PSD doubled in secret: the draws would say so. Here by targets of another roughness.
+  // The verdict detects another roughness. Here the targets are those of a larger one.
   const std::string other = scene(
       0.8, 4000,
       R"(, "terms": {"band": "1 /m"}, "target": {"statistics": {"ee50": {"value": "2.2 um"}, "rms_height": {}}})",
@@ -212,10 +212,10 @@ TEST(BandChoice, WithoutTermsTheVerdictRestsOnDraws) {
   EXPECT_EQ(run_fit(parse_study(other, "study.json"), {}).verdict, Verdict::kDifferent);
 }
 
-// With balanced spherical aberration the peak of a ring passes the focus between two radii while its ends
-// stay as different as before: what roughness may move the flatter one by is what counts.
+// With balanced spherical aberration the peak of a ring passes the focus between two radii, while its ends
+// stay as different as before. The flatter end determines the spread.
 TEST(BandChoice, ARingIsHeldAtTheFlatterOfItsEndsWhereverItsPeakIs) {
-  // With a value of its own the ring alone is judged.
+  // With a given value, only the ring is judged.
   const auto asked = [](double ring) {
     return scene(3, 400,
                  fmt::format(R"(, "terms": {{"band": "auto"}}, "target": {{"statistics": {{"ring_fwhm": )"
@@ -224,7 +224,7 @@ TEST(BandChoice, ARingIsHeldAtTheFlatterOfItsEndsWhereverItsPeakIs) {
   };
   const auto with_spherical = [&](double ring) {
     nlohmann::json text = nlohmann::json::parse(asked(ring));
-    text["mirror"]["zernike"]["noll"] = {{"11", -32e-9}};  // a tenth of a wave of light
+    text["mirror"]["zernike"]["noll"] = {{"11", -32e-9}};  // a tenth of a wave of path
     return text.dump();
   };
   const Layout layout = layout_of(with_spherical(5.4e-6));

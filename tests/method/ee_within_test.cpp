@@ -1,4 +1,3 @@
-// The share of light inside a radius as a statistic of its own: `ee_within`.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +7,7 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/method/groundwork.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/study/read_study.h"
 
 namespace aberfit {
@@ -16,7 +16,7 @@ namespace {
 std::string text_of(const std::string& statistics, const std::string& more = "", const char* rms = "100 nm") {
   return std::string(
              R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": "circle", )"
-             R"("diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"}, "output": {"plots": false}, )"
+             R"("diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"}, "output": {"pictures": "none"}, )"
              R"("roughness": {"psd": {"model": "uniform", "rms": ")") +
          rms + R"(", "f_min": "2.5 /m", "f_max": "8 /m"}}, "terms": {"zernike": {"n_max": 14}}, )" +
          R"("equivalence": {"margin": "3 %"}, "target": {)" + more + R"("statistics": )" + statistics + "}}";
@@ -48,18 +48,17 @@ TEST(EeWithin, TargetsAreTheTheorysSharesWithAnAbsoluteTolerance) {
     for (const double radius : {8e-6, 20e-6}) {
       const Target& target = fitted[k++];
       EXPECT_NEAR(target.value, ground.mean_spot->encircled_energy(radius, dz), 1e-9);
-      EXPECT_DOUBLE_EQ(target.tolerance, 1e-3);  // of the light, whatever the share
+      EXPECT_DOUBLE_EQ(target.tolerance, 1e-3);  // absolute, for every fraction
       EXPECT_DOUBLE_EQ(aim_of(target).scale, kFlattestCurve);
     }
   EXPECT_EQ(statistic_name(fitted[0].statistic), "ee_within_8um");
   EXPECT_EQ(statistic_name(fitted[3].statistic), "ee_within_20um@-0.4mm");
-  // Geometric rays have it by closed form.
+  // Geometric rays have a closed form.
   const Study rays = study_of(kTwo, R"("theory": "geometric", )");
   const Groundwork geometric = lay_groundwork(rays);
   EXPECT_NEAR(targets_of(rays).fitted[1].value, geometric.theory->encircled_energy(20e-6, 0), 1e-12);
 }
 
-// By rays and by waves; fitted by derivatives, judged on fresh points.
 TEST(EeWithin, IsMetByRaysAndByWaves) {
   for (const char* theory : {R"("theory": "geometric", )", ""}) {
     const Study study = study_of(R"({"ee_within": {"radii": ["10 um", "25 um", "50 um"]}, "ee80": {}})",
@@ -77,7 +76,7 @@ TEST(EeWithin, IsMetByRaysAndByWaves) {
       EXPECT_NEAR(metric.share_difference, share, 1e-12);
       EXPECT_NEAR(metric.difference, share / kFlattestCurve, 1e-12);
     }
-    EXPECT_NE(summary_table(result, true).find("ee_within_25um"), std::string::npos);
+    EXPECT_NE(text_of(page_of(result, true)).find("ee_within_25um"), std::string::npos);
   }
 }
 

@@ -1,4 +1,4 @@
-// Which terms a fit takes: the law's, more where these are too few, as few as do where that is asked for.
+// The terms of a fit: those of the law, more where these are too few, or the fewest that are enough.
 #include "aberfit/method/fit_as_asked.h"
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 namespace aberfit {
 namespace {
 
-// The band of the terms ends at f_max, below any cut that light would make.
+// The band of the terms ends at f_max, below any cut that wave optics would choose.
 Study study_to(double f_max, const std::string& rest = "") {
   return parse_study(
       text_of(fmt::format(R"({{"model": "uniform", "rms": "25 nm", "f_min": "2.5 /m", "f_max": {}}})", f_max),
@@ -53,9 +53,8 @@ TEST(LawOfTerms, TakesTheWholeFrequencyGridWhereOrdersEndAndRingsWhereThatIsTooM
   EXPECT_EQ(sampling(800), FourierSampling::kLog);
 }
 
-// What a run has chosen is in its resolved study, and gives the same surface.
 TEST(LawOfTerms, ResolvesToAStudyThatGivesTheSameFit) {
-  const Study study = study_to(8, R"(, "output": {"plots": false})");
+  const Study study = study_to(8, R"(, "output": {"pictures": "none"})");
   const ResultDocument found = run_fit(study, {});
   EXPECT_EQ(found.verdict, Verdict::kEquivalent);
   ASSERT_TRUE(found.frontier);
@@ -67,12 +66,12 @@ TEST(LawOfTerms, ResolvesToAStudyThatGivesTheSameFit) {
 }
 
 TEST(Fewest, AreEquivalentAndNoMoreThanTheLawsAndATenthLowerIsNot) {
-  Study study = study_to(19.96, R"(, "terms": "fewest", "output": {"plots": false})");
+  Study study = study_to(19.96, R"(, "terms": "fewest", "output": {"pictures": "none"})");
   const ResultDocument found = run_fit(study, {});
   ASSERT_EQ(found.verdict, Verdict::kEquivalent);
   ASSERT_TRUE(found.frontier);
   EXPECT_TRUE(found.frontier->fewest);
-  int passed = 0, failed = 0;  // the lowest order that does, the highest that does not
+  int passed = 0, failed = 0;  // lowest order that passes, highest that fails
   for (const FrontierPoint& point : found.frontier->points) {
     if (point.passes && (passed == 0 || point.order < passed)) passed = point.order;
     if (!point.passes) failed = std::max(failed, point.order);
@@ -86,11 +85,11 @@ TEST(Fewest, AreEquivalentAndNoMoreThanTheLawsAndATenthLowerIsNot) {
   EXPECT_NE(found.frontier->message.find("held-out statistics chose them"), std::string::npos);
 }
 
-// Draws to begin with are tried in turn, and the number that was tried gives the same fit.
+// Random starts are tried in turn. A study with the number tried gives the same fit.
 TEST(Starts, GoOnUntilOneIsEquivalent) {
   const auto fitted = [](int starts) {
     Study study = study_to(19.96, R"(, "terms": {"zernike": {"n_max": 9}, "band": "auto"},
-        "fit": {"max_iterations": 12}, "output": {"plots": false})");
+        "fit": {"max_iterations": 12}, "output": {"pictures": "none"})");
     study.fit.starts = starts;
     return run_fit(study, {});
   };

@@ -1,5 +1,5 @@
-// What a finished fit says of itself: `conclude` on fits made by hand, on both sides of each rule, and once a
-// whole run that ends too soon on too few rays.
+// Warnings of a finished fit: `conclude` on fits made by hand, on both sides of each rule, and one whole run
+// that ends too soon on too few rays.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,11 +16,11 @@
 namespace aberfit {
 namespace {
 
-// 20 waves of phase: a scene for rays.
+// 20 waves of phase: rays are accurate.
 const char* const kSteep =
     R"(, "roughness": {"psd": {"model": "uniform", "rms": "2 um", "f_min": "2.5 /m", "f_max": "13 /m"}})";
 
-// A 0.4 m f/7 mirror with 12 terms, in rays: light has no statistics about the centroid.
+// A 0.4 m f/7 mirror with 12 terms, by rays, because wave optics has no statistics about the centroid.
 std::string scene(const std::string& rest) {
   return R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
       "aperture": {"shape": "circle", "diameter": "0.4 m"}, "terms": {"zernike": {"n_max": 4}},
@@ -40,7 +40,7 @@ std::string with_values(int count) {
          R"(}}, "fit": {"prior": "zero-mean", "max_iterations": 1})";
 }
 
-// A fit that went well, for a test to change: no light lost, 30 rays a term, a flat surface.
+// A good fit that a test then changes: no lost rays, 30 rays per term, a flat surface.
 struct Fitted {
   Study study;
   Layout layout;
@@ -130,7 +130,7 @@ TEST(FitWarnings, LostRaysCountsFreshOnes) {
   EXPECT_TRUE(messages(fitted.concluded(with_lost(0)), "lost-rays").empty());
 }
 
-// The coefficients are RMS heights: one alone is the surface's.
+// Coefficients are RMS heights, so a single one is the height of the surface.
 TEST(FitWarnings, AbsurdSurfaceAboveThreeTimesTheHeightItsTermsStandFor) {
   const Fitted fitted(scene(kSteep));
   const double specified = psd_moments(*fitted.layout.ground.term_psd).rms_height();
@@ -143,7 +143,7 @@ TEST(FitWarnings, AbsurdSurfaceAboveThreeTimesTheHeightItsTermsStandFor) {
   EXPECT_TRUE(messages(fitted.concluded(with_height(2.9)), "absurd-surface").empty());
 }
 
-// The specification is one for rays; a fiftieth of its heights, 0.8 rad of phase, is not.
+// The specification needs rays; a fiftieth of its heights, 0.8 rad of phase, needs waves.
 TEST(FitWarnings, SurfaceRegimeWhereTheFittedSurfaceCallsForAnotherModel) {
   const Fitted fitted(scene(std::string(kSteep) + R"(, "equivalence": {"margin": "90 %"})"));
   ASSERT_EQ(regime(fitted.layout.ground.numbers), FocusModel::kRays);
@@ -169,13 +169,13 @@ TEST(FitWarnings, ReachTheResultOfARun) {
   EXPECT_TRUE(says(messages(result, "few-rays"), "single rays"));
 }
 
-// The fit's own rays and fresh ones both lack one width; the fresh ones say so.
+// The fit's own rays and the fresh ones both lack one width; only the fresh ones are reported.
 TEST(FitWarnings, OfAStatisticAreSaidOnce) {
   const ResultDocument result =
       run_fit(parse_study(
                   R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
               "aperture": {"shape": "circle", "diameter": "0.4 m"}, "terms": {"zernike": {"n_max": 4}},
-              "trace": {"centre": "centroid", "rays": 32}, "output": {"plots": false},
+              "trace": {"centre": "centroid", "rays": 32}, "output": {"pictures": "none"},
               "target": {"statistics": {"ee50": {"value": "20 um"}, "ring_fwhm@ee5": {"value": "200 um"}}},
               "fit": {"prior": "zero-mean"}})",
                   "study.json"),
@@ -183,8 +183,8 @@ TEST(FitWarnings, OfAStatisticAreSaidOnce) {
   EXPECT_EQ(messages(result, "ring-fwhm-crossings").size(), 1u);
 }
 
-// The planes of a rough mirror are thousands of waves from a perfect one's focus, which took half a minute
-// and was then refused: with it the whole result. The focus tells the two apart.
+// The planes of a rough mirror are thousands of wavelengths of defocus for a perfect one, where it cannot be
+// computed in reasonable time. The focus alone distinguishes the two.
 TEST(PerfectMirror, IsAskedBesideTheFocusOnlyWhereTheFocusDoesNotTell) {
   const auto asked = [](const char* rms) {
     const Fitted fitted(fmt::format(R"({{"aberfit": 1, "mirror": {{"focal_length": "0.173 m"}}, "aperture":

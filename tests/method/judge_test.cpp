@@ -1,4 +1,4 @@
-// What decides the verdict on a study: its theory, the light, fresh rays, draws of its roughness.
+// The parts of a verdict: the theory of the study, wave optics, fresh rays, random mirrors of the roughness.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <set>
 
 #include "aberfit/commands/run.h"
-#include "aberfit/report/check_report.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "model_studies.h"
@@ -42,7 +42,7 @@ TEST(Judgement, ANamedTheoryDecidesAndLightsAnswerStandsBeside) {
   ASSERT_TRUE(result.light.has_value());
   EXPECT_FALSE(result.light->decides);
   EXPECT_EQ(result.light->verdict, Verdict::kDifferent);
-  // The targets of light's answer are Harvey-Shack's, not the fit's.
+  // The wave-optics targets are Harvey-Shack's, not those of the fit.
   const GeneralisedHarveyShack ghs(RadialPsd(UniformPsd{25.18e-9, 2.5, 19.96}), Mirror{kFocal, -1, {}},
                                    CircleAperture{kDiameter}, kLambda);
   ASSERT_EQ(result.light->metrics.size(), result.targets.size());
@@ -60,7 +60,7 @@ TEST(Judgement, ANamedTheoryDecidesAndLightsAnswerStandsBeside) {
   EXPECT_EQ(json["light"]["verdict"], "different");
   EXPECT_EQ(json["light"]["metrics"].size(), result.targets.size());
   EXPECT_EQ(json["light"]["metrics"][k]["tolerance_share"], ee90.tolerance_share);
-  const std::string table = summary_table(result, false);
+  const std::string table = text_of(page_of(result, false));
   EXPECT_EQ(table.find("EQUIVALENT in geometric rays; in light DIFFERENT (ee"), 0u) << table.substr(0, 120);
 }
 
@@ -78,10 +78,10 @@ TEST(Judgement, RaysThatMeetLightAreJudgedInLight) {
   EXPECT_EQ(result.verdict, result.light->verdict);
   EXPECT_EQ(result.verdict, Verdict::kEquivalent);
   EXPECT_EQ(to_json(result, {})["equivalence"]["light"]["decides"], true);
-  EXPECT_EQ(summary_table(result, false).find("EQUIVALENT in light; "), 0u);
+  EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT in light; "), 0u);
 }
 
-// 3,600 cells across: rays decide, with their difference to wave optics in every interval.
+// At 3,600 grid cells across, rays decide, and every interval includes their difference to wave optics.
 TEST(Judgement, WhereNoGridHoldsThePhaseRaysDecideWithTheirModelError) {
   const ResultDocument result = run_fit(lenient_study(kSteep, "{" + std::string(kFew)), {});
   EXPECT_EQ(result.model, "rays");
@@ -98,11 +98,11 @@ TEST(Judgement, WhereNoGridHoldsThePhaseRaysDecideWithTheirModelError) {
   const ordered_json light = to_json(result, {})["equivalence"]["light"];
   EXPECT_TRUE(light["verdict"].is_null());
   EXPECT_EQ(light["obstacle"], result.light->obstacle);
-  EXPECT_NE(summary_table(result, false).find(" in rays (no grid holds the pupil's phase"),
+  EXPECT_NE(text_of(page_of(result, false)).find(" in rays (no grid holds the pupil's phase"),
             std::string::npos);
 }
 
-// Few rays, beside their difference to wave optics, would leave 17 statistics open by sampling alone.
+// With few rays, the sampling error alone would leave statistics undecided.
 TEST(Judgement, NothingIsLeftOpenForWantOfRaysWhereNoGridHoldsThePhase) {
   const ResultDocument result =
       run_fit(parse_study(text_of(kSteep, "{" + std::string(kFew), R"({"rays": 2048})",
@@ -116,7 +116,7 @@ TEST(Judgement, NothingIsLeftOpenForWantOfRaysWhereNoGridHoldsThePhase) {
     EXPECT_GT(metric.model_error, 0);
     if (metric.verdict != Verdict::kUndecided) continue;
     ++open;
-    // A twentieth of the margin from either side.
+    // The sampling part is a twentieth of the margin.
     EXPECT_LT(0.5 * (metric.interval[1] - metric.interval[0]) - metric.model_error, 0.05 * 0.02)
         << metric.name;
   }
@@ -126,7 +126,6 @@ TEST(Judgement, NothingIsLeftOpenForWantOfRaysWhereNoGridHoldsThePhase) {
     EXPECT_TRUE(told.insert(warning.code).second) << "told twice";
 }
 
-// What more rays cannot decide is left alone, and a run that was asked to end does not begin with them.
 TEST(Judgement, MoreRaysAreTakenOnlyWhereTheyCouldDecide) {
   const auto judged = [](int rays, bool stop) {
     int times = 0;
@@ -141,18 +140,18 @@ TEST(Judgement, MoreRaysAreTakenOnlyWhereTheyCouldDecide) {
   };
   EXPECT_GT(judged(2048, false), 1);
   EXPECT_EQ(judged(2048, true), 1);
-  // Of 64k, 256k, 1M and 4M fresh rays the last ones would decide nothing.
+  // Fresh rays would grow through 64k, 256k, 1M and 4M; the last steps cannot decide.
   EXPECT_LT(judged(16384, false), 4);
 }
 
-// Given values say nothing of a model: rays first, and waves where light rejects what rays accept.
+// Given values imply no model. Rays come first, and waves where wave optics rejects the result of rays.
 TEST(Judgement, GivenValuesAreMetInLight) {
   const std::string target =
       R"({"statistics": {"ee50": {"value": "30 um"}, "ee80": {"value": "50 um"}, "ee90": {"value": "62 um"}}})";
   const ResultDocument result = run_fit(lenient_study(kRough, target), {});
   EXPECT_EQ(result.theory, "given");
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent) << summary_table(result, false);
-  EXPECT_EQ(summary_table(result, false).find("EQUIVALENT in light"), 0u);
+  EXPECT_EQ(result.verdict, Verdict::kEquivalent) << text_of(page_of(result, false));
+  EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT in light"), 0u);
 }
 
 TEST(Judgement, AMarginThatThePerfectMirrorMeetsSeesNothing) {
@@ -170,8 +169,7 @@ TEST(Judgement, AMarginThatThePerfectMirrorMeetsSeesNothing) {
       result_of(R"({"model": "uniform", "rms": "1 nm", "f_min": "2.5 /m", "f_max": "10 /m"})");
   ASSERT_TRUE(smooth.perfect.has_value());
   EXPECT_LT(smooth.perfect->mismatch, 1);
-  // TIS of 1 nm at 632.8 nm: 3.9e-4 of the light, a tenth of the 0.35 % that a margin of 1 % asks for at
-  // least.
+  // TIS of 1 nm at 632.8 nm is 3.9e-4, a tenth of the 0.35 % that a margin of 1 % allows at least.
   EXPECT_NEAR(smooth.perfect->mismatch, 0.1, 0.05);
   EXPECT_TRUE(blind(smooth));
   const ResultDocument rough = result_of(kSmooth);
@@ -190,8 +188,8 @@ TEST(Judgement, WavesFitASmoothSurfaceToItsHarveyShackSpot) {
   EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
   EXPECT_FALSE(result.light.has_value());
   ASSERT_TRUE(result.ray_choice.has_value());
-  EXPECT_GT(result.ray_choice->gap, 0);  // the grid that judges is not the fit's
-  // The fit's tolerance, and what the grid that judges may differ by from the fit's: 15 % of the margin.
+  EXPECT_GT(result.ray_choice->gap, 0);  // the judging grid differs from the fit's
+  // The fit's tolerance, and the allowed difference of the judging grid from the fit's: 15 % of the margin.
   constexpr double kApart = 1e-3 + 0.15 * 0.02;
   for (std::size_t k = 0; k < 3; ++k)
     EXPECT_NEAR(result.validated[Eigen::Index(k)] / result.targets[k].value, 1, kApart)
@@ -202,7 +200,7 @@ TEST(Judgement, WavesFitASmoothSurfaceToItsHarveyShackSpot) {
   }
 }
 
-// Seconds a grid on large ones: who was asked to stop gets the surface and its verdict alone.
+// On large grids each comparison takes seconds, so an interrupted run gives only the surface and its verdict.
 TEST(Conclusions, OfARunThatWasAskedToStopAreTheVerdictAlone) {
   const auto run = [](bool stop) {
     bool judging = false;
@@ -226,8 +224,8 @@ TEST(Conclusions, OfARunThatWasAskedToStopAreTheVerdictAlone) {
   EXPECT_FALSE(stopped.perfect.has_value());
 }
 
-// The perfect mirror has a pattern on every grid, and on none a derivative of what is no angle yet: a finer
-// grid is of no use. Named terms of a draw show the cells of the first grid.
+// The perfect mirror has a pattern on every grid, but its scatter angles have no derivative, so a finer grid
+// does not help. A fit of named terms from a random start shows the cells of the first grid.
 TEST(Judgement, AStartWithoutDerivativesIsNotTriedOnFinerGrids) {
   const auto fit = [](const char* start) {
     return run_fit(parse_study(text_of(kSmooth, "{}", "{}", R"({"shape": "circle", "diameter": "0.4 m"})",
@@ -244,8 +242,8 @@ TEST(Judgement, AStartWithoutDerivativesIsNotTriedOnFinerGrids) {
   EXPECT_LE(zero.rays, draw.rays);
 }
 
-// 1 um, which rays do not mind, has no pattern: by waves spherical terms begin with the height of the
-// roughness. What has no value is told as that, not as an agreement to 0 %.
+// A start of 1 um, which rays accept, has no diffraction pattern. By waves spherical terms start with the
+// height of the roughness. A missing value is reported as such, not as an agreement to 0 %.
 TEST(SphericalTerms, ByWavesBeginWithTheHeightOfTheRoughness) {
   const auto fit = [](const char* how) {
     return run_fit(

@@ -1,4 +1,3 @@
-// Strehl ratio and modulation transfer as statistics of a study: `strehl`, `mtf`.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,6 +9,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/groundwork.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/light_property.h"
 #include "short_form.h"
@@ -22,7 +22,7 @@ std::string text_of(const std::string& statistics, const std::string& more = "",
                     const std::string& terms = R"("zernike": {"n_max": 14})") {
   return R"({"aberfit": 1, "mirror": {"focal_length": "2.4 m"}, "aperture": {"shape": "annulus", )"
          R"("diameter": "0.4 m", "inner_diameter": "0.1 m"}, "light": {"wavelength": "632.8 nm"}, )"
-         R"("output": {"plots": false}, "roughness": {"psd": {"model": "uniform", "rms": "25 nm", )"
+         R"("output": {"pictures": "none"}, "roughness": {"psd": {"model": "uniform", "rms": "25 nm", )"
          R"("f_min": "2.5 /m", "f_max": "8 /m"}}, "terms": {)" +
          terms + R"(}, "target": {)" + more + R"("statistics": )" + statistics + "}}";
 }
@@ -50,7 +50,7 @@ TEST(LightStatistics, TargetsAreTheTheorysWithAnAbsoluteTolerance) {
     EXPECT_DOUBLE_EQ(fitted[k].tolerance, 1e-3);
     EXPECT_DOUBLE_EQ(aim_of(fitted[k]).scale, std::max(kFlattestCurve, fitted[k].value));
   }
-  // Little of it is scattered out of what a mirror of this height has: exp(-g^2).
+  // The Strehl ratio is close to that of a mirror with this height, exp(-g^2).
   EXPECT_NEAR(fitted[0].value, std::exp(-ground.numbers.g * ground.numbers.g), 0.05);
   EXPECT_EQ(statistic_name(fitted[0].statistic), "strehl");
   EXPECT_EQ(statistic_name(fitted[1].statistic), "mtf@60/mm");
@@ -73,7 +73,7 @@ TEST(LightStatistics, AreMetAndJudgedWithTermsAndWithScatter) {
     }
     ASSERT_TRUE(result.perfect);
     EXPECT_GT(result.perfect->mismatch, 5);
-    const std::string table = summary_table(result, true);
+    const std::string table = text_of(page_of(result, true));
     EXPECT_NE(table.find("strehl"), std::string::npos);
     EXPECT_NE(table.find("mtf@120/mm"), std::string::npos);
     EXPECT_LT(table.find("mtf@120/mm"), table.find("Held out"));
@@ -90,8 +90,7 @@ TEST(LightStatistics, TakeValues) {
   EXPECT_DOUBLE_EQ(sets.fitted[0].tolerance, 2e-3);
 }
 
-// The cut of the band knows how far mirrors that share the terms differ in these: 60 draws, by a code of the
-// tests.
+// The predicted spread of these statistics agrees with that of random mirrors computed by independent code.
 TEST_WITH_SHORT_FORM(LightStatistics, DrawnMirrorsDifferAsTheCutHasIt) {
   constexpr double kFocal = 8, kDiameter = 0.4, kLambda = 632.8e-9, kCut = 6 / kDiameter;
   const int draws = whole ? 60 : 40;
@@ -124,20 +123,20 @@ TEST_WITH_SHORT_FORM(LightStatistics, DrawnMirrorsDifferAsTheCutHasIt) {
     study.terms = {};
     for (std::size_t k = 0; k < requests.size(); ++k) {
       study.target.statistics = {requests[k]};
-      // Nothing is held out against a value, so it is the only one that is judged.
+      // Nothing is held out against a given value, so it is the only judged statistic.
       study.target.statistics[0].value = lay_out_at(study, kCut, 1).targets.fitted[0].value;
       const Layout layout = lay_out_at(study, kCut, 1);
       const double tolerance = study.equivalence.margin * aim_of(layout.targets.fitted[0]).scale;
       const double ratio = layout.ground.shares->spread * tolerance / measured[Eigen::Index(k)];
       EXPECT_EQ(layout.ground.shares->spread_of, statistic_name(layout.targets.fitted[0].statistic));
-      const bool is_strehl = requests[k].name == "strehl";  // seen 0.85 to 1.04; mtf 1.05 to 1.99
+      const bool is_strehl = requests[k].name == "strehl";  // observed: 0.85 to 1.04; mtf 1.05 to 1.99
       EXPECT_GT(ratio, is_strehl ? 0.7 : 0.85) << name << k;
       EXPECT_LT(ratio, is_strehl ? 1.4 : 2.4) << name << k;
     }
   }
 }
 
-// Of rays there are none, and nobody is given rays for them.
+// Rays do not have these statistics, and automatic models do not fall back to rays.
 TEST(LightStatistics, AreRefusedWhereThereIsNoLight) {
   const auto refusal = [](const std::string& statistics, const std::string& more) -> std::string {
     try {
@@ -158,7 +157,7 @@ TEST(LightStatistics, AreRefusedWhereThereIsNoLight) {
   EXPECT_NE(
       refusal(R"({"mtf": {"frequencies": ["30 /mm", "40 /mm"], "value": 0.5}})", "").find("one frequency"),
       std::string::npos);
-  // Of a roughness so strong that rays would do for radii.
+  // This roughness is strong enough for rays to be accurate for radii.
   Study strong = study_of(kBoth);
   strong.psd = UniformPsd{600e-9, 2.5, 8};
   strong.equivalence.margin = 0.05;

@@ -1,4 +1,4 @@
-// What is fitted, what guides it, and what is left out of the default set.
+// The default set: fitted statistics, guides, and statistics that are left out.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@
 namespace aberfit {
 namespace {
 
-// A 0.3 m f/6 circle in red light with a power law of 5 to 2,000 cycles/m.
+// A 0.3 m f/6 circle at 632.8 nm with a power law from 5 to 2,000 cycles/m.
 std::string scene(double rms_nm, double exponent, double f_max = 2000) {
   return fmt::format(
       R"({{"aberfit": 1, "mirror": {{"focal_length": "1.8 m"}}, "aperture": {{"shape": "circle", )"
@@ -45,24 +45,23 @@ Made made(const std::string& text) {
   return made;
 }
 
-// A core of a few grains in a halo of hundreds: rings even in radius left out the core, and its held-out
-// radii were off by 3 to 5 %.
+// The core has a few grains, and its halo hundreds. Rings with equal steps in radius would miss the core.
 TEST(LightGuides, LeaveNoShareOfACoreWithAHaloUnwatched) {
   const Made scene_made = made(scene(70, 2.4));
   ASSERT_EQ(scene_made.ground.use.model, FocusModel::kWaves);
   const double grain = 632.8e-9 * 6;
-  std::map<double, std::map<double, double>> planes;  // dz, radius, share
+  std::map<double, std::map<double, double>> planes;  // dz, radius, energy fraction
   for (const Target& guide : scene_made.sets.guides)
     if (const auto* ring = std::get_if<RingThrough>(&guide.statistic))
       planes[ring->dz][ring->ring_radius] = guide.value;
   ASSERT_GT(planes.size(), 9u);
   for (const auto& [dz, rings] : planes) {
-    EXPECT_LE(rings.size(), 40u);  // a half and 2/sqrt(r) steps: bounded, however far the halo goes
+    EXPECT_LE(rings.size(), 40u);  // half-grain and 2/sqrt(r) steps: bounded for any size of the halo
     double before = 0.2, inner = rings.begin()->first;
     EXPECT_NEAR(rings.begin()->second, before, 1e-6);
     for (const auto& [radius, share] : rings) {
       if (radius == inner) continue;
-      // As far apart as the grains on a ring average out to the margin.
+      // The spacing is that at which the grains on a ring average out to the margin.
       const double steady = law::kSteadyRing * 0.01 * inner * std::sqrt(2 * EIGEN_PI * inner / grain);
       EXPECT_LT(radius - inner, 1.01 * std::max(0.5 * grain, steady))
           << dz << ": from " << before << " to " << share;
@@ -72,13 +71,12 @@ TEST(LightGuides, LeaveNoShareOfACoreWithAHaloUnwatched) {
     EXPECT_GT(before, 0.9 - 0.1);
   }
   const MeanSpot focus = scene_made.ground.mean_spot->at_plane(0);
-  // The scene is what it says.
+  // Checks that the scene has a core and a halo.
   EXPECT_LT(focus.encircled_energy_radius(0.3), 6 * grain);
   EXPECT_GT(focus.encircled_energy_radius(0.9), 60 * grain);
 }
 
-// What a fit by waves waits for is as wide everywhere: the mean angle, held to a third of the others, had
-// kept sets of a power law of g 2.8 up to 1,950 terms from passing.
+// All guides of a fit by waves have the same tolerance; a closer one for the mean angle would delay the fit.
 TEST(LightGuides, AndTheMeanAngleHaveOneToleranceThatFollowsTheMargin) {
   for (const double margin : {0.01, 0.003}) {
     auto study = readme_study();
@@ -96,7 +94,7 @@ TEST(LightGuides, AndTheMeanAngleHaveOneToleranceThatFollowsTheMargin) {
   }
 }
 
-// Cells across that the default set's rings and everything else ask for.
+// Grid cells across for the rings of the default set, and for everything else.
 struct Cells {
   double rings = 0, rest = 0;
 };
@@ -119,7 +117,8 @@ bool missing(const Made& of, const std::string& name) {
   });
 }
 
-// The ring of a halo falls to half so far out that it alone asks for thousands of cells.
+// The irradiance of a ring in the halo falls to half so far out that this ring alone needs thousands of
+// cells.
 TEST(DefaultStatistics, LeaveOutRingsThatAskForAGridOfTheirOwn) {
   int left_out = 0, kept = 0;
   for (const double rms : {60.0, 105.0}) {
@@ -133,7 +132,7 @@ TEST(DefaultStatistics, LeaveOutRingsThatAskForAGridOfTheirOwn) {
   EXPECT_EQ(kept, 1);
 }
 
-// Waves of 5 to 20 cycles/m on a 0.3 m f/6 circle, by waves.
+// A uniform PSD from 5 to 20 cycles/m on a 0.3 m f/6 circle, by waves.
 std::string narrow_scene(double rms_nm, const std::string& more = "", const std::string& model = "waves") {
   return fmt::format(
       R"({{"aberfit": 1, "mirror": {{"focal_length": "1.8 m"}}, "aperture": {{"shape": "circle", "diameter": )"
@@ -160,8 +159,8 @@ int said(const Made& made, const std::string& code) {
                            [&](const Warning& warning) { return warning.code == code; }));
 }
 
-// By Gaussian spots and cones of light: mean square radii 2 sigma^2 and (dz R/f)^2 / 2, which are as large as
-// each other two units of f sigma/R from the focus.
+// For Gaussian spots and cones of rays the mean square radii are 2 sigma^2 and (dz R/f)^2 / 2. They are equal
+// two units of f sigma/R from the focus.
 TEST(DefaultPlanes, OfASpotWithoutACoreEndWhereTheConeIsAsWideAsTheScatter) {
   const double thousandth = std::sqrt(std::log(1000)) * 632.8 / (4 * std::numbers::pi);  // nm: exp(-g^2)
   for (const double rms : {0.99 * thousandth, 1.01 * thousandth, 400.0}) {
@@ -172,7 +171,7 @@ TEST(DefaultPlanes, OfASpotWithoutACoreEndWhereTheConeIsAsWideAsTheScatter) {
     EXPECT_NEAR(reach.fitted, last, 0.01) << rms;
     EXPECT_NEAR(reach.guides, last, 0.01) << rms;
     EXPECT_NEAR(reach.held_out, last_between, 0.01) << rms;
-    // Both fractions and planes are those of any spot, as far as they go.
+    // Fractions and planes are those of any spot, up to the last plane.
     std::set<double> planes, fractions;
     for (const Target& target : here.sets.fitted)
       if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic))
@@ -183,7 +182,7 @@ TEST(DefaultPlanes, OfASpotWithoutACoreEndWhereTheConeIsAsWideAsTheScatter) {
   }
 }
 
-// Of 3,000 cycles at f/3 the cone is as wide as the scatter where it turns too fast for any grid that fits.
+// With 3,000 cycles at f/3, the cone is as wide as the scatter only in planes beyond any grid that fits.
 constexpr const char* kFastScene =
     R"({{"aberfit": 1, "mirror": {{"focal_length": "1.2 m"}}, "aperture": {{"shape": "circle",
         "diameter": "0.4 m"}}, "light": {{"wavelength": "100 nm"}}, "roughness": {{"psd": {{"model": "uniform",
@@ -200,7 +199,7 @@ TEST(DefaultPlanes, OfASpotWithoutACoreEndWhereTheCellsDo) {
   EXPECT_NEAR(*planes.begin(), -farthest, 1e-6);
   EXPECT_NEAR(*planes.rbegin(), farthest, 1e-6);
   EXPECT_GE(planes.size(), 9u);
-  // By what the safe grid is made of.
+  // The limit follows from the sampling of the safe grid.
   const auto cells = [&](double dz) {
     return diffraction_sampling(CircleAperture{0.4}, 1.2, 100e-9, 0, dz).samples;
   };
@@ -214,7 +213,7 @@ TEST(DefaultPlanes, OfASpotWithoutACoreEndWhereTheCellsDo) {
     }
 }
 
-// And no farther: a plane a tenth beyond the default ones does not ask for ten times the cells.
+// A named plane a tenth beyond the default ones does not need ten times the cells.
 TEST_WITH_SHORT_FORM(DefaultPlanes, BeyondTheCellsAreThereWhereTheyAreNamed) {
   const Groundwork ground = made(fmt::format(fmt::runtime(kFastScene), "")).ground;
   const double unit = ground.plane_unit();
@@ -230,7 +229,7 @@ TEST_WITH_SHORT_FORM(DefaultPlanes, BeyondTheCellsAreThereWhereTheyAreNamed) {
   }
 }
 
-// A ring of 90 % of such light falls to half three units out.
+// The irradiance of the 90 % ring falls to half three units out of focus.
 TEST(DefaultPlanes, LeaveOutTheRingsBeyondThem) {
   const Made deep = made(narrow_scene(400)), usual = made(narrow_scene(60));
   const auto rings = [](const std::vector<Target>& targets) {
@@ -254,7 +253,7 @@ TEST(DefaultPlanes, GoAsFarAsWhatIsAskedForByName) {
       400, fmt::format(R"(, "target": {{"statistics": {{"ee50": {{"planes": [0, {}]}}}}}})", 4 * unit)));
   const Reach reach = reach_of(named);
   EXPECT_NEAR(reach.fitted, 4, 0.01);
-  EXPECT_NEAR(reach.guides, 5, 0.01);  // on both sides of what is named
+  EXPECT_NEAR(reach.guides, 5, 0.01);  // on both sides of the named plane
   EXPECT_NEAR(reach.held_out, 4.6, 0.01);
   EXPECT_EQ(said(named, "near-planes"), 0);
   const Made in_focus = made(narrow_scene(400, R"(, "target": {"statistics": {"ee50": {}}})"));
@@ -264,7 +263,6 @@ TEST(DefaultPlanes, GoAsFarAsWhatIsAskedForByName) {
   EXPECT_NEAR(reach_of(ring).guides, 5, 0.01);
 }
 
-// By rays planes cost nothing.
 TEST(DefaultPlanes, OfRaysAreAll) {
   for (const char* theory : {"geometric", "ghs"}) {
     const Made rays =
@@ -273,7 +271,7 @@ TEST(DefaultPlanes, OfRaysAreAll) {
   }
 }
 
-// Most of this height is slower than the aperture: exp(-g^2) is 0.003, and 45 % of the light in the core.
+// Most of this height is slower than the aperture: exp(-g^2) is 0.003, but 45 % of the energy is in the core.
 TEST(DefaultPlanes, OfASpotWithACoreAreAllWhateverIsSlowerThanTheAperture) {
   const Made slow = made(
       R"({"aberfit": 1, "mirror": {"focal_length": "0.7 m"}, "aperture": {"shape": "circle", "diameter": "0.1 m"},
@@ -285,8 +283,7 @@ TEST(DefaultPlanes, OfASpotWithACoreAreAllWhateverIsSlowerThanTheAperture) {
   EXPECT_EQ(said(slow, "near-planes"), 0);
 }
 
-// N_eff of a Gaussian ACF of correlation length l is area / (pi l^2) to a few percent: 10 in a 0.3 m circle
-// at l = 47 mm.
+// N_eff of a Gaussian ACF of length l is area / (pi l^2) to a few percent: 10 for a 0.3 m circle, l = 47 mm.
 std::string with_correlation_length(double millimetres, const std::string& target = "") {
   return fmt::format(
       R"({{"aberfit": 1, "mirror": {{"focal_length": "1.8 m"}}, "aperture": {{"shape": "circle", "diameter": )"
@@ -300,8 +297,7 @@ int moments_of(const TargetSets& sets) {
   return count;
 }
 
-// The mean light of mirrors with five modes is that of no mirror of their mean height: of 60 nm and 120 mm on
-// 0.2 m, light was met everywhere and the height missed by 2.2 %.
+// For few modes the mean irradiance is not that of a mirror with the mean height; no surface meets both.
 TEST(FewModes, LeaveHeightAndSlopeOutOfTheDefaultStatistics) {
   const Made few = made(with_correlation_length(110)), more = made(with_correlation_length(85));
   ASSERT_LT(few.ground.numbers.n_eff, 9);
@@ -323,13 +319,13 @@ TEST(FewModes, KeepWhatIsAskedForWithAWord) {
   EXPECT_EQ(said(light, "few-modes"), 0);
 }
 
-// What is held out is judged, so it is guided to: without guides two thirds of it were off by up to 27 %.
+// Held-out statistics are judged, so guides are needed along them.
 TEST(NamedStatistics, AreGuidedAlongTheRestOfTheCurve) {
   const Study study = parse_study(
       R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": "circle", "diameter": "0.4 m"},
       "light": {"wavelength": "632.8 nm"}, "roughness": {"psd": {"model": "uniform", "rms": "60 nm",
       "f_min": "2.5 /m", "f_max": "4.8 /m"}}, "terms": {"zernike": {"n_max": 8}}, "target": {"statistics":
-      {"ee20": {}, "ee50": {}, "ee80": {}, "ee90": {}, "ee95": {}}}, "output": {"plots": false}})",
+      {"ee20": {}, "ee50": {}, "ee80": {}, "ee90": {}, "ee95": {}}}, "output": {"pictures": "none"}})",
       "study.json");
   const ResultDocument result = run_fit(study, {});
   EXPECT_EQ(result.verdict, Verdict::kEquivalent) << result.fit.message;
@@ -346,7 +342,7 @@ std::string given(const std::string& statistics) {
 
 TEST(GivenValues, OfOnePlaneGrowWithTheShareOfTheLight) {
   EXPECT_NO_THROW(made(given(R"("ee50": {"value": "10 um"}, "ee90": {"value": "20 um"})")));
-  // Shares within radii are points of the same curve; other planes have their own.
+  // Energy fractions within radii are points of the same curve; other planes have their own.
   EXPECT_NO_THROW(
       made(given(R"("ee50": {"value": "10 um"}, "ee_within": {"radii": ["12 um"], "value": 0.6})")));
   EXPECT_NO_THROW(
@@ -365,7 +361,7 @@ TEST(GivenValues, OfOnePlaneGrowWithTheShareOfTheLight) {
   }
 }
 
-// The Airy pattern of f/6 at 632.8 nm: ee50 0.535 lambda N, ee80 0.90.
+// The Airy pattern of f/6 at 632.8 nm has ee50 = 0.535 lambda N and ee80 = 0.90 lambda N.
 TEST(GivenValues, SharperThanDiffractionAreTold) {
   const auto told = [](const std::string& statistics) {
     const Made one = made(given(statistics));
@@ -388,7 +384,6 @@ std::string disc_study(const std::string& focal_length, const std::string& diame
       focal_length, diameter, rms);
 }
 
-// Refusals name what is to blame for a spot as deep as the mirror is far.
 TEST(Depth, OfAFocusWithoutPlanesBesideItIsBlamedOnItsCause) {
   const auto refused = [](const std::string& focal_length, const std::string& diameter,
                           const std::string& rms) {
@@ -410,7 +405,7 @@ TEST(Depth, OfAFocusWithoutPlanesBesideItIsBlamedOnItsCause) {
       << pinhole;
 }
 
-// A spot nearly as wide as the aperture: planes at five of its depths would lie behind the mirror.
+// For a spot nearly as wide as the aperture, planes at five of its depths would lie behind the mirror.
 TEST(Depth, OfASpotAsWideAsTheMirrorKeepsPlanesInFrontOfIt) {
   const auto planes_of = [](const Made& of) {
     double farthest = 0;
@@ -435,7 +430,6 @@ TEST(Depth, OfASpotAsWideAsTheMirrorKeepsPlanesInFrontOfIt) {
   EXPECT_NEAR(planes_of(usual) / (5 * 1.4 * usual.ground.core_sigma / 0.1), 1, 1e-3);
 }
 
-// A refusal blames what causes it.
 TEST(TargetSets, WithoutAFocusTheRefusalNamesTheCause) {
   const auto refused = [](const char* height, const char* rms) -> std::string {
     try {
@@ -456,7 +450,7 @@ TEST(TargetSets, WithoutAFocusTheRefusalNamesTheCause) {
   EXPECT_EQ(refused("1 m", "18 nm"), "");
 }
 
-// The field of view is smaller towards the mirror, and the light of the same defocus no narrower.
+// The field of view is smaller towards the mirror, while the image at the same defocus is as wide.
 TEST(WavePitch, IsThatOfThePlaneNearestToTheMirror) {
   const Study study = parse_study(disc_study("0.26 m", "9 mm", "90 nm"), "study.json");
   const auto pitch = [&](double dz) {
@@ -470,13 +464,13 @@ TEST(WavePitch, IsThatOfThePlaneNearestToTheMirror) {
   };
   for (const double dz : {0.19, -0.19, 0.05, -0.05}) EXPECT_LE(pitch(dz), asked(dz) * (1 + 1e-12)) << dz;
   EXPECT_LT(pitch(-0.19), 0.3 * pitch(0.19));
-  Target ring;  // looked for on both sides
+  Target ring;  // a ring needs both sides
   ring.statistic = RingFwhm{};
   ring.value = 0.19 / 0.75;
   EXPECT_NEAR(wave_pitch(study, {4.5e-3, {}, {}, {}}, {ring}, nullptr) / asked(-0.19), 1, 0.02);
 }
 
-// A focus of a few um depth: planes must not fall together when they are rounded.
+// In a focus of a few um depth, rounded planes must stay distinct.
 TEST(DefaultStatistics, AreDistinctInEveryDepthOfFocus) {
   for (const char* size : {"1 mm", "20 mm", "300 mm", "5 m"}) {
     const std::string text = R"({"aberfit": 1, "mirror": {"focal_length": ")" + std::string(size) +

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "aberfit/report/documents.h"
 #include "chart/hand_made_rows.h"
 #include "study/scratch_folder.h"
 
@@ -41,7 +42,7 @@ TEST(ChartFiles, HoldEveryRowAndNoNumberThatDoesNotExist) {
   EXPECT_TRUE(json["rows"][0]["error"].is_null());
   EXPECT_EQ(json["rows"][1]["error"], 0.5);
   EXPECT_EQ(json["families"][1]["skipped"], "It does not apply.");
-  const std::string table = summary_table(chart);
+  const std::string table = text_of(page_of(chart));
   EXPECT_NE(table.find("It does not apply."), std::string::npos) << table;
 }
 
@@ -50,7 +51,7 @@ TEST(ChartPlots, WriteOnePicturePerFamilyThatHasRows) {
   ChartFamily f = family({row("a", 1e-3, 0.1), row("b", 1e-2, 0.01), row("b", 2e-2, 0)}, 0.05);
   f.rows[1].is_default = true;
   Warnings warnings;
-  const auto drawn = write_chart_plots(chart_of(f), folder.file("out"), &warnings);
+  const auto drawn = draw_pictures(chart_of(f), folder.file("out"), {}, &warnings);
   std::ifstream script(folder.file("out/plots/chart_hand_made.gp"));
   EXPECT_TRUE(script.good());
   EXPECT_FALSE(std::filesystem::exists(folder.file("out/plots/chart_left_out.gp")));

@@ -1,5 +1,3 @@
-#include "aberfit/report/frontier.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -7,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "aberfit/report/documents.h"
 #include "plot_scene.h"
 
 using namespace aberfit;
@@ -61,7 +60,7 @@ TEST(Frontier, SummaryShowsEverySetWhereThereIsMoreThanOne) {
   const auto rows = [&](int count) {
     result.frontier = sample_frontier(count);
     if (count == 1) result.frontier->points.front().chosen = true;
-    std::istringstream lines(summary_table(result, false));
+    std::istringstream lines(text_of(page_of(result, false)));
     int found = 0;
     for (std::string line; std::getline(lines, line);) {
       EXPECT_LE(line.size(), 100u) << line;
@@ -70,7 +69,7 @@ TEST(Frontier, SummaryShowsEverySetWhereThereIsMoreThanOne) {
     return found;
   };
   EXPECT_EQ(rows(5), 5);
-  const std::string text = summary_table(result, false);
+  const std::string text = text_of(page_of(result, false));
   EXPECT_NE(text.find("a sentence; 2.5 s"), std::string::npos) << text;
   EXPECT_NE(text.find("equivalent, taken"), std::string::npos) << text;
   EXPECT_EQ(rows(1), 0);
@@ -96,7 +95,7 @@ TEST(Frontier, PictureHasEverySetInItsData) {
   EXPECT_EQ(rows("frontier_all.dat"), 12);
   EXPECT_TRUE(std::filesystem::exists(folder / "plots" / "frontier.gp"));
   if (warnings.empty()) {  // gnuplot is there
-    EXPECT_GT(std::filesystem::file_size(folder / "plots" / "frontier.png"), 10000u);
+    EXPECT_GT(std::filesystem::file_size(folder / "plots" / "frontier.svg"), 10000u);
   }
   std::filesystem::remove_all(folder);
 }

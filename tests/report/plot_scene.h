@@ -2,9 +2,10 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 #include "aberfit/core/random.h"
-#include "aberfit/report/plots.h"
+#include "aberfit/report/pictures.h"
 #include "sample_result.h"
 
 namespace aberfit {
@@ -12,7 +13,7 @@ namespace aberfit {
 /// A scene for pictures: the f = 2.8 m, 0.4 m parabola with a surface of Zernikes, 60 plane waves of random
 /// phase and a spherical term, and a Gaussian target of the same RMS slope.
 struct PlotScene {
-  static constexpr double kFocalLength = 2.8, kRadius = 0.2;
+  static constexpr double kFocalLength = 2.8, kRadius = 0.2, kWavelength = 632.8e-9;
   static constexpr int kGrid = 129;
 
   explicit PlotScene(Aperture clear = CircleAperture{2 * kRadius, 0}, std::int64_t rays = 30000)
@@ -68,14 +69,20 @@ struct PlotScene {
 
   static double line(int i) { return kRadius * (2.0 * i / (kGrid - 1) - 1); }
 
-  std::vector<std::string> write(const std::string& directory, Warnings* warnings) const {
+  std::vector<DrawnPicture> write(const std::string& directory, Warnings* warnings,
+                                  const PictureOptions& options = {}) const {
     const auto light = [&](const RayBundle& rays) {
       return rays.size() > 0 ? ray_light(rays, ideal, Centre::kNominal) : nullptr;
     };
     const auto of_ideal = light(ideal), of_target = light(target), of_fitted = light(fitted);
-    return write_plots({result, mirror, aperture, pupil, *of_ideal, of_target.get(), *of_fitted, field, *grid,
-                        kGrid, focal_sigma},
-                       directory, warnings);
+    return draw_pictures(shown(*of_ideal, of_target.get(), *of_fitted), directory, options, warnings);
+  }
+
+  FitPictures shown(const FocalLight& of_ideal, const FocalLight* of_target,
+                    const FocalLight& of_fitted) const {
+    return {result, mirror,   aperture,   kWavelength, psd ? &*psd : nullptr,
+            pupil,  of_ideal, of_target,  of_fitted,   field,
+            *grid,  kGrid,    focal_sigma};
   }
 
   Mirror mirror;
@@ -86,6 +93,7 @@ struct PlotScene {
   RayBundle ideal, target, fitted;
   std::unique_ptr<SurfaceOperator> grid;
   double focal_sigma = 0;
+  std::optional<RadialPsd> psd = RadialPsd(PsdModel{UniformPsd{3e-9, 2.5, 1000}});
 };
 
 }  // namespace aberfit

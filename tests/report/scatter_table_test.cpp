@@ -11,7 +11,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "aberfit/report/band_shares.h"
+#include "aberfit/report/documents.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/roughness/psd_table.h"
 
@@ -126,9 +126,10 @@ TEST(ScatterCsv, AModelThatDescribesNothingIsNotPrintedAsOne) {
     EXPECT_NE(text.find("# No ABg model"), std::string::npos);
     EXPECT_NE(text.find("use the table"), std::string::npos);
     EXPECT_EQ(text.find("BSDF = A"), std::string::npos);
-    BandShares shares;
-    const nlohmann::ordered_json json =
-        to_json(shares, ScatterOfRest{scatter.table, {fit}, {}}, {})["scatter"]["abg"][0];
+    ResultDocument result;
+    result.shares = BandShares();
+    result.scatter = ScatterOfRest{scatter.table, {fit}, {}};
+    const nlohmann::ordered_json json = to_json(result, {})["split"]["scatter"]["abg"][0];
     EXPECT_EQ(json["describes"], false);
     for (const char* key : {"a_per_sr", "b", "g", "abg_tis"}) EXPECT_TRUE(json[key].is_null()) << key;
     EXPECT_NEAR(json["largest_error"].get<double>(), fit.largest_error, 1e-9);

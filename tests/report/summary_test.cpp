@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "aberfit/report/documents.h"
 #include "aberfit/report/result.h"
 #include "sample_result.h"
 
@@ -27,33 +28,33 @@ std::string line_with(const std::string& text, const std::string& word) {
 
 TEST(SummaryTable, PutsTheVerdictFirst) {
   ResultDocument result = sample_result();
-  EXPECT_TRUE(summary_table(result, false)
+  EXPECT_TRUE(text_of(page_of(result, false))
                   .starts_with("DIFFERENT in geometric rays - 1 of 8 statistics different, 1 undecided"));
   result.metrics.erase(result.metrics.begin() + 3);
   result.verdict = overall(result.metrics);
-  EXPECT_TRUE(summary_table(result, false)
+  EXPECT_TRUE(text_of(page_of(result, false))
                   .starts_with("UNDECIDED in geometric rays - 0 of 7 statistics different, 1 undecided"));
   result.metrics.pop_back();
   result.verdict = overall(result.metrics);
   EXPECT_TRUE(
-      summary_table(result, false)
+      text_of(page_of(result, false))
           .starts_with("EQUIVALENT in geometric rays - all 6 statistics within +-1 %, 95 % confidence; "
                        "1 held out"));
   result.metrics.clear();
-  EXPECT_TRUE(summary_table(result, false).starts_with("NOT JUDGED"));
+  EXPECT_TRUE(text_of(page_of(result, false)).starts_with("NOT JUDGED"));
 }
 
 TEST(SummaryTable, SaysHowWellRaysOrCellsKnowTheSurfaceWhereTheProgramChoseThem) {
   ResultDocument result = sample_result();
   result.ray_choice = RayChoice{true, 1e-4, 1e-4, 1e-3, "8192 rays: so and so"};
-  EXPECT_EQ(line_with(summary_table(result, false), "so and so"), "Rays      8192 rays: so and so");
+  EXPECT_EQ(line_with(text_of(page_of(result, false)), "so and so"), "Rays      8192 rays: so and so");
   result.ray_choice->automatic = false;  // named by the study
-  EXPECT_EQ(line_with(summary_table(result, false), "so and so"), "");
+  EXPECT_EQ(line_with(text_of(page_of(result, false)), "so and so"), "");
   result.model = "waves";
   result.ray_choice->reason = "1234 cells: so and so";
-  EXPECT_EQ(line_with(summary_table(result, false), "so and so"), "Cells     1234 cells: so and so");
+  EXPECT_EQ(line_with(text_of(page_of(result, false)), "so and so"), "Cells     1234 cells: so and so");
   result.ray_choice->reason.clear();
-  EXPECT_EQ(line_with(summary_table(result, false), "Cells"), "");
+  EXPECT_EQ(line_with(text_of(page_of(result, false)), "Cells"), "");
 }
 
 // Headline, table and JSON of one result say the same thing, whoever decides.
@@ -65,7 +66,7 @@ TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
   light.metrics = {tost("ee35_radius_m", false, 30e-6, 0, 28.8e-6, 0, 0.01, 0.95),
                    tost("ee50_radius_m", false, 40e-6, 0, 40.1e-6, 0, 0.01, 0.95)};
   result.light = light;
-  const std::string beside = summary_table(result, false);
+  const std::string beside = text_of(page_of(result, false));
   EXPECT_TRUE(
       beside.starts_with("EQUIVALENT in geometric rays; in light DIFFERENT (ee35_radius -4 %) - all 1 "
                          "statistic"))
@@ -75,7 +76,7 @@ TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
   // The same where light decides.
   result.light->decides = result.light_decides = true;
   result.verdict = Verdict::kDifferent;
-  const std::string decides = summary_table(result, false);
+  const std::string decides = text_of(page_of(result, false));
   EXPECT_TRUE(decides.starts_with("DIFFERENT in light - 1 of 2 statistics different")) << decides;
   EXPECT_NE(decides.find("Worst: ee35_radius -4 %."), std::string::npos);
   EXPECT_NE(line_with(decides, "(this decides)"), "");
@@ -90,26 +91,26 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
   ResultDocument result = sample_result();
   result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.3e-6, 0.2e-6, 0.01, 0.95)};
   result.verdict = overall(result.metrics);
-  EXPECT_NE(summary_table(result, false).find("more rays"), std::string::npos);  // undecided
+  EXPECT_NE(text_of(page_of(result, false)).find("more rays"), std::string::npos);  // undecided
   result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 41e-6, 0, 0.01, 0.95)};
   result.verdict = overall(result.metrics);
   result.surface.captured_fraction = 0.8;
-  EXPECT_NE(summary_table(result, false).find("leave `terms` out"), std::string::npos);
+  EXPECT_NE(text_of(page_of(result, false)).find("leave `terms` out"), std::string::npos);
   result.surface.captured_fraction = 0.999;
   result.fit.status = FitStatus::kNotConverged;
-  EXPECT_EQ(summary_table(result, false).find("fit.max_iterations"), std::string::npos);  // came to rest
+  EXPECT_EQ(text_of(page_of(result, false)).find("fit.max_iterations"), std::string::npos);  // came to rest
   result.fit.out_of_iterations = true;
-  EXPECT_NE(summary_table(result, false).find("fit.max_iterations"), std::string::npos);
-  EXPECT_NE(summary_table(result, false).find("or more terms"), std::string::npos);
+  EXPECT_NE(text_of(page_of(result, false)).find("fit.max_iterations"), std::string::npos);
+  EXPECT_NE(text_of(page_of(result, false)).find("or more terms"), std::string::npos);
   // Terms by the law carry the roughness; with fewer modes than statistics none can do.
   result.frontier = Frontier{};
   result.has_roughness = true;
   result.scene.n_eff = 1000;
-  EXPECT_EQ(summary_table(result, false).find("more terms"), std::string::npos);
+  EXPECT_EQ(text_of(page_of(result, false)).find("more terms"), std::string::npos);
   result.scene.n_eff = 0.5 * double(result.targets.size());
-  EXPECT_NE(summary_table(result, false).find("modes carry the roughness (N_eff), fewer than"),
+  EXPECT_NE(text_of(page_of(result, false)).find("modes carry the roughness (N_eff), fewer than"),
             std::string::npos);
-  EXPECT_EQ(summary_table(result, false).find("fit.max_iterations"), std::string::npos);
+  EXPECT_EQ(text_of(page_of(result, false)).find("fit.max_iterations"), std::string::npos);
 }
 
 // Rays decide where no grid holds the phase; what they leave open has a remedy, too.
@@ -120,17 +121,17 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereLightHasNoAnswer) {
   result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.3e-6, 0.2e-6, 0.01, 0.95)};
   result.verdict = overall(result.metrics);
   EXPECT_EQ(result.verdict, Verdict::kUndecided);
-  EXPECT_NE(summary_table(result, false).find("a larger margin"), std::string::npos);
+  EXPECT_NE(text_of(page_of(result, false)).find("equivalence.margin"), std::string::npos);
   // Nothing that was judged is open: there is only the obstacle to say.
   result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40e-6, 0, 0.01, 0.95)};
-  const std::string nothing = summary_table(result, false);
+  const std::string nothing = text_of(page_of(result, false));
   EXPECT_NE(nothing.find("13030 cells."), std::string::npos);
   EXPECT_EQ(nothing.find("a larger margin"), std::string::npos);
 }
 
 TEST(SummaryTable, FitsAHundredColumnsInPlainAscii) {
   for (const bool all : {false, true}) {
-    const std::string text = summary_table(sample_result(), all);
+    const std::string text = text_of(page_of(sample_result(), all));
     EXPECT_TRUE(
         std::all_of(text.begin(), text.end(), [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); }));
     for (const std::string& line : lines(text)) EXPECT_LE(line.size(), 100u) << line;
@@ -139,7 +140,7 @@ TEST(SummaryTable, FitsAHundredColumnsInPlainAscii) {
 }
 
 TEST(SummaryTable, ShowsValuesInUnitsForPeople) {
-  const std::string text = summary_table(sample_result(), false);
+  const std::string text = text_of(page_of(sample_result(), false));
   const std::string row = line_with(text, "ee90_radius");
   EXPECT_NE(row.find("75.41 um"), std::string::npos) << row;
   EXPECT_NE(row.find("75.45 um"), std::string::npos) << row;  // fitted
@@ -152,7 +153,7 @@ TEST(SummaryTable, ShowsValuesInUnitsForPeople) {
 }
 
 TEST(SummaryTable, ShoutsWhatDoesNotExist) {
-  const std::string row = line_with(summary_table(sample_result(), false), "  ring_fwhm");
+  const std::string row = line_with(text_of(page_of(sample_result(), false)), "  ring_fwhm");
   EXPECT_NE(row.find("DIFFERENT"), std::string::npos) << row;
   EXPECT_EQ(row.find("nan"), std::string::npos) << row;
 }
@@ -162,7 +163,7 @@ TEST(SummaryTable, ListsTheWorstOfWhatItLeavesOutUnlessAllIsAsked) {
   for (int i = 0; i < 20; ++i)
     result.metrics.push_back(tost("ee" + std::to_string(30 + i) + "_radius_m@0.25mm", true, 1e-5, 0.0,
                                   1e-5 * (1.0 + 1e-4 * i), 1e-9, 0.01, 0.95));
-  const std::string brief = summary_table(result, false), all = summary_table(result, true);
+  const std::string brief = text_of(page_of(result, false)), all = text_of(page_of(result, true));
   EXPECT_NE(brief.find("the worst 5 of 22"), std::string::npos);
   EXPECT_NE(brief.find("ee85_radius@-1.5mm"),
             std::string::npos);  // undecided, so worse than any equivalent one
@@ -181,7 +182,7 @@ TEST(SummaryTable, ListsTheWorstOfWhatItLeavesOutUnlessAllIsAsked) {
 TEST(SummaryTable, MarksWhatLiesOutsideTheSpreadOfDraws) {
   ResultDocument result = sample_result();
   result.character = sample_character();
-  std::string text = summary_table(result, false);
+  std::string text = text_of(page_of(result, false));
   EXPECT_NE(line_with(text, "0.00 .. 0.50 R").find("inside"), std::string::npos);
   EXPECT_NE(line_with(text, "0.50 .. 1.00 R").find("OUTSIDE"), std::string::npos);
   EXPECT_NE(line_with(text, "6 .. 12 /m").find("OUTSIDE"), std::string::npos);
@@ -191,12 +192,12 @@ TEST(SummaryTable, MarksWhatLiesOutsideTheSpreadOfDraws) {
   EXPECT_NE(text.find("not of this roughness: PSD 3.1 times at 8.49 /m"), std::string::npos);
   result.character->psd.pop_back();
   result.character->zones.pop_back();
-  text = summary_table(result, false);
+  text = text_of(page_of(result, false));
   EXPECT_NE(text.find("PSD and shape those of draws"), std::string::npos);
 }
 
 TEST(SummaryTable, EndsWithTheWarningsAndTheirCodes) {
-  const std::string text = summary_table(sample_result(), false);
+  const std::string text = text_of(page_of(sample_result(), false));
   const std::size_t warning = text.find("WARNING   [realisation-spread] Draws of this");
   ASSERT_NE(warning, std::string::npos);
   EXPECT_GT(warning, text.find("Held out, judged but not fitted"));

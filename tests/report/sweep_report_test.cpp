@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "aberfit/report/documents.h"
 #include "study/scratch_folder.h"
 
 namespace aberfit {
@@ -134,7 +135,7 @@ TEST(SweepReport, SaysWhatIsThereAndWhatIsNot) {
             nlohmann::ordered_json::parse(R"({"planned": 20, "recorded": 12, "done": 11, "failed": 1})"));
   EXPECT_EQ(json["failures"][0]["at"]["/roughness/psd/B"], "0.1 m");
   EXPECT_NEAR(double(json["statistics"]["ee80_radius_m"]["largest"]), 80e-6 * 0.3 * 1.01, 1e-18);
-  const std::string summary = summary_table(report);
+  const std::string summary = text_of(page_of(report));
   EXPECT_EQ(summary.find("NOT COMPLETE: 12 of 20 cases, 1 failed"), 0u) << summary;
   EXPECT_NE(summary.find("no focus"), std::string::npos);
   std::istringstream lines(summary);
@@ -143,10 +144,11 @@ TEST(SweepReport, SaysWhatIsThereAndWhatIsNot) {
 
 std::vector<std::string> files_of(const SweepReport& report, const ScratchFolder& folder) {
   Warnings warnings;
-  write_sweep_plots(report, folder.file("."), &warnings);
+  draw_pictures(report, folder.file("."), {}, &warnings);
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder.file("plots")))
-    if (entry.path().extension() == ".gp") names.push_back(entry.path().stem().string());
+    if (entry.path().extension() == ".gp" && entry.path().stem() != "common")
+      names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -156,17 +158,17 @@ TEST(SweepPlots, OfAGridAreCurvesAMapAndContourLines) {
   EXPECT_EQ(files_of(sample(5), folder),
             (std::vector<std::string>{"contour_ee80_radius", "curve_ee80_radius", "map_ee80_radius"}));
   // A line for each B, with the band of the seeds: at 40 nm and B = 0.2 m the median is 8.24 um.
-  std::istringstream table(read_file(folder.file("plots/curve_ee80_radius_2.dat")));
+  const std::string curves = read_file(folder.file("plots/curve_ee80_radius.dat"));
+  std::istringstream table(curves.substr(curves.find("\n\n\n")));  // the second block
   double x = 0, median = 0, q05 = 0;
   for (std::string line; std::getline(table, line);)
     if (line[0] != '#' && (std::istringstream(line) >> x >> median >> q05) && x == 40) break;
   EXPECT_EQ(x, 40);
   EXPECT_NEAR(median, 8.24, 1e-8);
   EXPECT_NEAR(q05, 8.096, 1e-8);
-  const std::string curve = read_file(folder.file("plots/curve_ee80_radius.gp"));
-  EXPECT_NE(curve.find("filledcurves"), std::string::npos);
+  const std::string curve = read_file(folder.file("plots/curve_ee80_radius.values"));
   EXPECT_NE(curve.find("set logscale x"), std::string::npos);
-  EXPECT_NE(curve.find("'ee80_radius [µm]'"), std::string::npos) << curve;
+  EXPECT_NE(curve.find("\"ee80_radius [µm]\""), std::string::npos) << curve;
   // A cell for each pair, also where one case failed.
   std::istringstream cells(read_file(folder.file("plots/map_ee80_radius.dat")));
   int count = 0;
@@ -187,7 +189,8 @@ TEST(SweepPlots, OfWordsHaveThemAtTheAxis) {
   for (SweepAxis& axis : report.axes) axis.is_numeric = false;
   for (SweepRow& row : report.rows) row.number = {kNone, kNone};
   EXPECT_EQ(files_of(report, folder), (std::vector<std::string>{"curve_ee80_radius"}));
-  EXPECT_NE(read_file(folder.file("plots/curve_ee80_radius.gp")).find("'20 nm' 1"), std::string::npos);
+  EXPECT_NE(read_file(folder.file("plots/curve_ee80_radius.values")).find(R"(\"20 nm\" 1)"),
+            std::string::npos);
 }
 
 }  // namespace

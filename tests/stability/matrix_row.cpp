@@ -257,7 +257,7 @@ json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder) {
   row["checked_terms"] = report["terms"]["count"];
   row["warnings"] = codes(report["warnings"]);
   const Ended fit =
-      run({"fit", "study.json", "--quiet", "--no-plots", "--threads", "1", "-o", "out"}, folder);
+      run({"fit", "study.json", "--quiet", "--pictures", "none", "--threads", "1", "-o", "out"}, folder);
   row["fit_s"] = fit.seconds;
   if (note_end("fit", fit, &row)) return row;
   try {

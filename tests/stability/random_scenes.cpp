@@ -190,7 +190,7 @@ RandomScene random_scene(std::uint64_t seed, int k) {
              {"mirror", {{"focal_length", draw.f_number * draw.across}}},
              {"aperture", aperture_of(draw, &dice)},
              {"light", {{"wavelength", draw.wavelength}}},
-             {"output", {{"plots", false}}}};
+             {"output", {{"pictures", "none"}}}};
   study["roughness"]["psd"] = psd_of(draw, &dice);
   if (draw.family == "table") scene.table = shouldered_table(draw.band(), draw.rms(), &dice);
   ask_of_kind(draw, &study, &dice);

@@ -23,7 +23,7 @@ ResultDocument fitted(double slope, const std::string& theory, const std::string
     {{"shape": "circle", "diameter": "0.109 m"}}, "light": {{"wavelength": "100 nm"}}, "roughness": {{"psd":
     {{"model": "uniform", "rms": {}, "f_min": {}, "f_max": {}}}}}, "terms": {{"fourier": {{"count": 304}}}},
     "target": {{"theory": "{}"}}, {} "fit": {{"starts": 1, "max_iterations": 30}},
-    "output": {{"plots": false}}}})",
+    "output": {{"pictures": "none"}}}})",
                                          slope / per_height, low, high, theory, rays),
                              "study.json"),
                  {});

@@ -63,7 +63,7 @@ WideScene wide_scene(int k) {
                              {"aperture", aperture_of(shape, across, &dice)},
                              {"light", {{"wavelength", wavelength}}},
                              {"roughness", {{"psd", psd_of(family, band, across, rms, &dice)}}},
-                             {"output", {{"plots", false}}}};
+                             {"output", {{"pictures", "none"}}}};
   scene.study = study.dump();
   if (family == "table") scene.table = shouldered_table(band, rms, &dice);
   scene.name = fmt::format("{} {}, {:.2g} m f/{:.2g}, {:.3g} um, g {:.2g}, {:.0f} cycles", family, shape,

@@ -36,7 +36,7 @@ Timed timed(const Study& study) {
   timed.report = make_check(study, {kThreads, {}, {}}, true);
   RunOptions options;
   options.threads = kThreads;
-  options.plots = false;
+  options.pictures = PictureFormat::kNone;
   const auto begin = std::chrono::steady_clock::now();
   timed.result = run_fit(study, options);
   timed.actual = seconds_since(begin);

@@ -2,8 +2,10 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <string>
 
+#include "report/valid_result.h"
 #include "sanitized.h"
 #include "scratch_folder.h"
 
@@ -15,6 +17,11 @@ inline int run_program(const ScratchFolder& folder, const std::string& arguments
   const std::string command =
       "cd '" + folder.file("") + "' && '" ABERFIT_PROGRAM "' " + arguments + " > stdout.txt 2> stderr.txt";
   const int status = std::system(command.c_str());
+  // Whatever a test prints as JSON is as the schema of results has it.
+  const auto printed =
+      nlohmann::ordered_json::parse(std::ifstream(folder.file("stdout.txt")), nullptr, false);
+  if (printed.is_object() && printed.contains("kind") && printed.contains("aberfit"))
+    expect_valid_result(printed);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 

@@ -29,14 +29,15 @@ std::string id_at(const ordered_json& study, const CaseValues& values) {
   return cases.id(cases.at(values));
 }
 
-// The vectors of the algorithm's authors, and one of many bytes by Python's whole numbers.
-TEST(ContentHash, IsFnv1aOf128Bits) {
-  EXPECT_EQ(content_hash(""), "6c62272e07bb014262b821756295c58d");
-  EXPECT_EQ(content_hash("a"), "d228cb696f1a8caf78912b704e4a8964");
-  EXPECT_EQ(content_hash("foobar"), "343e1662793c64bf6f0d3597ba446f18");
+// The vectors of FIPS 180-4, and one of many bytes by sha256sum.
+TEST(ContentHash, IsSha256) {
+  EXPECT_EQ(content_hash(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(content_hash("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(content_hash("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
   std::string bytes;
   for (int k = 0; k < 3 * 256; ++k) bytes += char(k % 256);
-  EXPECT_EQ(content_hash(bytes), "ceced98447397784e46346c4dbaac68d");
+  EXPECT_EQ(content_hash(bytes), "f3a25aa93aa2fbba28d79260535bbd6a5eb0fc1c24a8b0f04e12b484c1dfe363");
 }
 
 TEST(StudyCases, AreReadAsTheFileWithTheirValuesWouldBe) {
@@ -63,7 +64,7 @@ TEST(StudyCases, AreReadAsTheFileWithTheirValuesWouldBe) {
 TEST(StudyCases, HaveANameThatSaysWhatIsComputedAndNothingElse) {
   const CaseValues at = {{"/roughness/psd/rms", "\"30 nm\""}};
   const std::string id = id_at(plain(), at);
-  EXPECT_EQ(id.size(), 32u);
+  EXPECT_EQ(id.size(), 64u);
   // The bytes that FORMATS names, put together anew.
   ordered_json file = plain();
   file["roughness"]["psd"]["rms"] = "30 nm";
@@ -73,7 +74,7 @@ TEST(StudyCases, HaveANameThatSaysWhatIsComputedAndNothingElse) {
 
   EXPECT_EQ(id_at(plain(), {{"/roughness/psd/rms", "3e-8"}}), id) << "another way to write it";
   ordered_json other = plain();
-  other["title"] = "two", other["output"] = {{"plots", false}};
+  other["title"] = "two", other["output"] = {{"pictures", "none"}};
   other["vary"]["over"]["/light/wavelength"] = {"400 nm"};
   EXPECT_EQ(id_at(other, at), id);
   other = {{"vary", plain()["vary"]}, {"light", plain()["light"]}};  // keys in another order

@@ -17,7 +17,7 @@ inline const char* const kMinimalStudy = R"({
 
 /// Every block, with what this version has.
 inline const char* const kFullStudy = R"json({
-  "aberfit": 1, "title": "every block",
+  "aberfit": 1, "$schema": "./aberfit.schema.json", "title": "every block", "description": "What for.",
   "mirror": { "focal_length": "2.8 m", "conic": -1, "spherical": { "c4": 1e-9, "c6": 0, "c8": 0, "c10": 0, "c12": 2.5 },
     "zernike": { "radius": "0.21 m", "of": "wavefront", "noll": { "4": "120 nm", "7": "-30 nm" } } },
   "aperture": { "shape": "circle", "diameter": "0.4 m", "margin": "1 mm" },
@@ -36,19 +36,8 @@ inline const char* const kFullStudy = R"json({
   "fit": { "start": "zero", "seed": 7, "prior": "zero-mean", "max_iterations": 50, "starts": 3, "spherical_rms": "2 um",
     "bound_sigmas": 4 },
   "equivalence": { "margin": "1 %", "confidence": 0.9 },
-  "output": { "plots": false, "arrays": "npz" },
-  "verify": { "published_phase": { "psd_level": 1e-20, "modes": 5000, "f_min": "2.5 /m", "f_max": "1 /um" },
-    "independent_terms": { "n_max": 8, "rms": "100 nm", "draws": 20 },
-    "published": [ { "label": "EE90 (HS)",
-                         "quantity" : "harvey_shack.ee90_radius_m",
-                         "value" : 76,
-                         "unit" : "um",
-                         "scale" : 1e-6,
-                         "reading" : "reproduced"
-},
-      { "label": "mean deflection", "formula": "mean_deflection", "value": 1.57e-5,
-        "inputs": { "gradient_x": 244.3, "gradient_y": 253.7, "rms": "100 nm", "f_max": "1e6 /m" } } ]
-}
+  "output": { "pictures": "none", "arrays": "npz" },
+  "verify": { "draws": 20 }
 })json";
 
 /// kMinimalStudy with the value at `pointer` set to the JSON text `value`; empty text: removed.
@@ -99,17 +88,18 @@ inline std::vector<MalformedStudy> malformed_studies() {
       {"DuplicateKeyAtTheTop", R"({"aberfit": 1, "title": "a", "title": "b"})", "/title", "twice", false},
       {"DuplicateKeyInside", R"({"aberfit": 1, "light": {"wavelength": "1 um", "wavelength": "2 um"}})",
        "/light/wavelength", "\"wavelength\" twice", false},
-      {"DuplicateKeyInAList", R"({"aberfit": 1, "verify": {"published": [{}, {"unit": "m", "unit": "mm"}]}})",
-       "/verify/published/1/unit", "twice", false},
+      {"DuplicateKeyInAList",
+       R"({"aberfit": 1, "aperture": {"spiders": [{}, {"width": "1 mm", "width": "2 mm"}]}})",
+       "/aperture/spiders/1/width", "twice", false},
       // Keys.
       {"WrongVersion", changed("/aberfit", "2"), "/aberfit", "the integer 1", true},
-      {"VersionMissing", changed("/aberfit", ""), "/aberfit", "required", true},
-      {"MirrorMissing", changed("/mirror", ""), "/mirror", "required", true},
-      {"ApertureMissing", changed("/aperture", ""), "/aperture", "required", true},
-      {"LightMissing", changed("/light", ""), "/light", "required", true},
+      {"VersionMissing", changed("/aberfit", ""), "/aberfit", "missing; ", true},
+      {"MirrorMissing", changed("/mirror", ""), "/mirror", "missing; ", true},
+      {"ApertureMissing", changed("/aperture", ""), "/aperture", "missing; ", true},
+      {"LightMissing", changed("/light", ""), "/light", "missing; ", true},
       {"FocalLengthMissing", changed("/mirror/focal_length", ""), "/mirror/focal_length", "2.8 m", true},
-      {"ShapeMissing", changed("/aperture/shape", ""), "/aperture/shape", "required", true},
-      {"RmsMissing", changed("/roughness/psd/rms", ""), "/roughness/psd/rms", "required", true},
+      {"ShapeMissing", changed("/aperture/shape", ""), "/aperture/shape", "missing; ", true},
+      {"RmsMissing", changed("/roughness/psd/rms", ""), "/roughness/psd/rms", "missing; ", true},
       {"MisspeltKey", changed("/mirror/focal_lenght", "1"), "/mirror/focal_lenght",
        "did you mean \"focal_length\"?", true},
       {"MisspeltBlock", changed("/rougness", "{}"), "/rougness", "did you mean \"roughness\"?", true},
@@ -151,22 +141,22 @@ inline std::vector<MalformedStudy> malformed_studies() {
        "/target/psd/f_max", "above f_min", false},
       {"PsdTargetUnknownMethod", changed("/target/psd", R"({"method": "fft"})"), "/target/psd/method",
        "closed-form", true},
-      {"UnknownKeyInAList", changed("/verify/published", R"([{"label": "a", "value": 1, "vlaue": 2}])"),
-       "/verify/published/0/vlaue", "did you mean \"value\"?", true},
+      {"UnknownKeyInAList", changed("/aperture/spiders", R"([{"width": "1 mm", "wdith": 2, "angle": 0}])"),
+       "/aperture/spiders/0/wdith", "did you mean \"width\"?", true},
       // Types.
       {"MirrorIsNumber", changed("/mirror", "1"), "/mirror", "an object", true},
       {"FocalLengthIsBoolean", changed("/mirror/focal_length", "true"), "/mirror/focal_length", "unit", true},
       {"FocalLengthIsNull", changed("/mirror/focal_length", "null"), "/mirror/focal_length", "unit", true},
       {"ConicIsText", changed("/mirror/conic", "\"-1\""), "/mirror/conic", "a number", true},
       {"TitleIsNumber", changed("/title", "5"), "/title", "a string", true},
-      {"PlotsIsText", changed("/output/plots", "\"no\""), "/output/plots", "true or false", true},
+      {"PicturesIsTruth", changed("/output/pictures", "true"), "/output/pictures", "\"auto\"", true},
       {"PlanesIsText", changed("/target/statistics/ee50/planes", "\"0 mm\""),
        "/target/statistics/ee50/planes", "an array", true},
       {"StatisticIsNumber", changed("/target/statistics/ee50", "0.5"), "/target/statistics/ee50", "an object",
        true},
       {"RaysHalf", changed("/trace/rays", "0.5"), "/trace/rays", "an integer", true},
       {"SeedNegative", changed("/fit/seed", "-1"), "/fit/seed", "an integer from 0", true},
-      {"PublishedIsObject", changed("/verify/published", "{}"), "/verify/published", "an array", true},
+      {"SpidersAreAnObject", changed("/aperture/spiders", "{}"), "/aperture/spiders", "an array", true},
       // Units.
       {"NoUnit", changed("/light/wavelength", "\"632.8\""), "/light/wavelength", "has no unit", true},
       {"UnknownUnit", changed("/light/wavelength", "\"632.8 furlongs\""), "/light/wavelength", "pm, nm, um",
@@ -230,7 +220,7 @@ inline std::vector<MalformedStudy> malformed_studies() {
       {"KnownZernikeOfNothing", changed("/mirror/zernike", R"({"noll": {}})"), "/mirror/zernike/noll",
        "at least one value", true},
       {"KnownZernikeMissing", changed("/mirror/zernike", R"({"of": "surface"})"), "/mirror/zernike/noll",
-       "required", true},
+       "missing; ", true},
       {"KnownZernikeUnit", changed("/mirror/zernike", R"({"noll": {"4": "120 nm^2"}})"),
        "/mirror/zernike/noll/4", "unit", false},
       {"KnownZernikeOfPhase", changed("/mirror/zernike", R"({"of": "phase", "noll": {"4": "9 nm"}})"),
@@ -259,7 +249,7 @@ inline std::vector<MalformedStudy> malformed_studies() {
        true},
       {"MeasuredFileMissing", with_psd(R"({"model": "measured", "file": "a.fits"})"), "/roughness/psd/file",
        "no readable file", false},
-      {"MeasuredWithoutFile", with_psd(R"({"model": "measured"})"), "/roughness/psd/file", "required", true},
+      {"MeasuredWithoutFile", with_psd(R"({"model": "measured"})"), "/roughness/psd/file", "missing; ", true},
       {"MeasuredWords", with_psd(R"({"model": "measured", "file": "words.csv", "format": "profile"})"),
        "/roughness/psd/file", "words.csv", false},
       {"MeasuredUnknownWindow", with_psd(R"({"model": "measured", "file": "psd.csv", "window": "hanning"})"),
@@ -274,11 +264,11 @@ inline std::vector<MalformedStudy> malformed_studies() {
        with_psd(R"({"model": "measured", "file": "psd.csv", "further": [{"file": "b.fits"}]})"),
        "/roughness/psd/further/0/file", "no readable file", false},
       {"UnknownModel", with_psd(R"({"model": "white"})"), "/roughness/psd/model", "\"k-correlation\"", true},
-      {"ModelMissing", with_psd(R"({"rms": "1 nm"})"), "/roughness/psd/model", "required", true},
+      {"ModelMissing", with_psd(R"({"rms": "1 nm"})"), "/roughness/psd/model", "missing; ", true},
       {"UnknownNormals", changed("/trace/normals", "\"exact\""), "/trace/normals",
        "\"analytic\" or an object", true},
       {"NormalsWithoutStep", changed("/trace/normals", R"({"central_difference": {}})"),
-       "/trace/normals/central_difference/step", "required", true},
+       "/trace/normals/central_difference/step", "missing; ", true},
       {"UnknownPrior", changed("/fit/prior", "\"flat\""), "/fit/prior", "\"near-start\", \"zero-mean\"",
        true},
       // PSD models.
@@ -376,9 +366,9 @@ inline std::vector<MalformedStudy> malformed_studies() {
        changed("/target/statistics/ring_profile", R"({"file": "a.csv", "dz": [0, 1], "values": [1, 1]})"),
        "/target/statistics/ring_profile/file", "either file", false},
       // Without roughness.
-      {"NothingToFit", changed("/roughness", ""), "/roughness", "required", false},
+      {"NothingToFit", changed("/roughness", ""), "/roughness", "missing; ", false},
       {"ValueMissing", changed("/target/statistics/scatter_rms", "{}", values_only.c_str()),
-       "/target/statistics/scatter_rms/value", "required", false},
+       "/target/statistics/scatter_rms/value", "missing; ", false},
       {"NearStartWithoutRoughness", changed("/fit/prior", "", values_only.c_str()), "/fit/prior",
        "\"zero-mean\"", false},
       {"FourierWithoutRoughness", changed("/terms/fourier", "{}", values_only.c_str()), "/terms/fourier",
@@ -388,13 +378,6 @@ inline std::vector<MalformedStudy> malformed_studies() {
       {"EnergyRingWithoutRoughness",
        changed("/target/statistics/ring_profile", R"({"dz": [0, 1], "values": [1, 1]})", values_only.c_str()),
        "/target/statistics/ring_profile/ring", "a length", false},
-      // Published numbers.
-      {"UnknownFormula", changed("/verify/published", R"([{"label": "a", "value": 1, "formula": "x"}])"),
-       "/verify/published/0/formula", "mean_deflection", false},
-      {"LabelEmpty", changed("/verify/published", R"([{"label": "", "value": 1}])"),
-       "/verify/published/0/label", "a string with text", true},
-      {"ScaleZero", changed("/verify/published", R"([{"label": "a", "value": 1, "scale": 0}])"),
-       "/verify/published/0/scale", "other than 0", false},
   };
 }
 

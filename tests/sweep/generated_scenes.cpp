@@ -42,7 +42,7 @@ GeneratedScene generated_scene(int k) {
                              {"aperture", aperture},
                              {"light", {{"wavelength", kWavelength}}},
                              {"roughness", {{"psd", psd}}},
-                             {"output", {{"plots", false}}}};
+                             {"output", {{"pictures", "none"}}}};
   return {fmt::format("{} {}, g {:.2g}, f/{:.3g}, {:.2g} m, {:.3g} cycles", family, shape, g, f_number,
                       across, cycles),
           study.dump()};

@@ -16,7 +16,8 @@ namespace {
 
 const Mirror kParabola{2.8, -1, {}};
 constexpr double kLambda = 632.8e-9;
-constexpr double kWrong = 0.10;  // error of a radius above which a chosen model is wrong
+constexpr double kUsualAllowedError = 0.01 / 3;  // a third of the usual margin
+constexpr double kWrong = 0.10;                  // error of a radius from which a chosen model is wrong
 
 struct Family {
   const char* name;
@@ -48,8 +49,8 @@ std::vector<Family> families() {
 
 }  // namespace
 
-// 14 g, 19 PSDs, f/7 and f/35: rays are taken where, at fractions and planes between those the choice looks
-// at, they are nowhere more than 1.5 times the allowed error off in light; and not by never trusting them.
+// Where the choice takes rays, their error in encircled energy is at most 1.5 times the allowed one, at
+// fractions and planes between those of the choice. The choice must also take rays in some scenes.
 TEST_WITH_SHORT_FORM(ModelChoice, TakesRaysOnlyWhereTheyAreTrueOfLight) {
   constexpr double kAllowed = 0.01;
   int by_rays = 0, by_waves = 0;
@@ -66,7 +67,7 @@ TEST_WITH_SHORT_FORM(ModelChoice, TakesRaysOnlyWhereTheyAreTrueOfLight) {
         EXPECT_EQ(choice.model == FocusModel::kRays, choice.ray_error <= kAllowed);
         if (choice.model != FocusModel::kRays) {
           ++by_waves;
-          // Its own radii say so too, unless the error is one of light alone or of another plane.
+          // The radii show it too, unless the error is in encircled energies alone or in another plane.
           continue;
         }
         ++by_rays;
@@ -120,11 +121,11 @@ TEST(ModelChoice, KnowsTheMirrorAndTheApertureItIsAskedFor) {
   const Aperture square = PolygonAperture{{{-0.1, -0.1}, {0.1, -0.1}, {0.1, 0.1}, {-0.1, 0.1}}};
   const ModelErrors polygon = errors_of(psd, kParabola, square, kLambda);
   const ModelErrors rectangle = errors_of(psd, kParabola, RectangleAperture{0.2, 0.2}, kLambda);
-  constexpr double kMean = 1e-4;  // of the mean over azimuth
+  constexpr double kMean = 1e-4;  // error of the mean over azimuth
   EXPECT_NEAR(polygon.ghs.ee50 / rectangle.ghs.ee50, 1, kMean);
   EXPECT_NEAR(polygon.ghs.ee90 / rectangle.ghs.ee90, 1, kMean);
   EXPECT_NEAR(polygon.rays.ee90 / rectangle.rays.ee90, 1, kMean);
-  // Not the circle of its area, and a sphere not a parabola.
+  // The aperture is not the circle of equal area, and a sphere is not a parabola.
   const Aperture circle = CircleAperture{2 * std::sqrt(0.04 / pi)};
   const ModelErrors round = errors_of(psd, kParabola, circle, kLambda);
   EXPECT_GT(std::abs(polygon.ghs.ee50 / round.ghs.ee50 - 1), 0.01);

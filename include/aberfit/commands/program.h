@@ -16,15 +16,13 @@ enum class ExitCode {
 
 /// What the command line says; texts as typed, empty where nothing was.
 struct CommandLine {
-  std::string study_file;            ///< "-": standard input
-  std::vector<std::string> changes;  ///< of the study, "/json/pointer=value"
-  std::string output_directory;      ///< empty: out/<name of the study>/<command>
-  bool force = false;                ///< replace what stands in the way there
-  std::string coefficients_file;     ///< verify, trace
-  std::string arrays;                ///< fit, trace, check: one of array_format_names
-  bool paper_table = false;          ///< check
-  std::vector<std::string> table_sigma, table_length, table_diameter;
-  std::string table_wavelength;
+  std::string typed;                        ///< the whole of it
+  std::string study_file;                   ///< "-": standard input
+  std::vector<std::string> changes;         ///< of the study, "/json/pointer=value"
+  std::string output_directory;             ///< empty: out/<name of the study>/<command>
+  bool force = false;                       ///< replace what stands in the way there
+  std::string coefficients_file;            ///< verify, trace
+  std::string arrays;                       ///< fit, trace, check: one of array_format_names
   double chart_seconds = 60;                ///< chart [s]
   std::vector<std::string> measured_files;  ///< psd
   /// psd: keys of a `psd` block of model "measured" with their texts; those of each file, and the others.
@@ -32,9 +30,13 @@ struct CommandLine {
   bool keep_lines = false;                         ///< psd
   std::string shard;                               ///< sweep: "2/8", "array/8"
   bool gather_only = false, retry_failed = false;  ///< sweep
-  std::string time_limit;                          ///< fit, sweep: "60 s"; empty: none
+  std::vector<std::string> result_folders;         ///< report
+  std::string time_limit;                          ///< "60 s"; empty: none
+  std::string schema_key;                          ///< schema: "roughness/psd"; empty: the whole as JSON
+  std::string starter_kind, starter_file;          ///< new; empty: the list, <kind>.jsonc
   int threads = 0;                                 ///< 0: all there are
-  bool no_plots = false, json = false, quiet = false;
+  std::string pictures;                            ///< one of picture_format_names
+  bool json = false, quiet = false;
 };
 
 // The commands of the program: each reads its input, runs (commands/run.h), prints the table or the JSON on
@@ -48,7 +50,11 @@ ExitCode chart_command(CommandLine line);
 ExitCode check_command(CommandLine line);
 ExitCode solve_command(CommandLine line);
 ExitCode sweep_command(CommandLine line);
-ExitCode schema_command();
+ExitCode report_command(CommandLine line);
+ExitCode schema_command(CommandLine line);
+ExitCode new_command(CommandLine line);
+/// The kinds of studies that `new` writes.
+std::vector<std::string> starter_kinds();
 
 /// Throws InputError where the file is known to be of another kind than the command works with, and names the
 /// command that does: a measured file, coefficients, a table of a PSD, a result or an empty file in place of

@@ -4,15 +4,16 @@
 #include <string>
 
 #include "aberfit/report/array_format.h"
-#include "aberfit/theory/paper_table.h"
+#include "aberfit/report/picture_format.h"
 
 namespace aberfit {
 
 struct RunOptions {
   int threads = 0;                                   ///< 0: all the process may use
-  bool plots = true;                                 ///< drawn only when the study wants them too
+  std::optional<PictureFormat> pictures;             ///< absent: as the study says
   std::optional<ArrayFormat> arrays;                 ///< fit, trace, check; absent: as the study says
   std::string output_directory;                      ///< empty: nothing is written
+  std::string command_line;                          ///< for provenance; empty: a program's call
   bool force = false;                                ///< replace files there that stand in the way of results
   std::function<void(const std::string&)> tell;      ///< hears in a line which; may be empty
   std::string coefficients_file;                     ///< trace, verify: surface to use instead of a draw
@@ -21,9 +22,8 @@ struct RunOptions {
   std::function<bool()> interrupted;
   /// What asked to stop, in words, where `interrupted` said so. Empty: a signal.
   std::function<std::string()> stopped_by;
-  double chart_seconds = 60;              ///< chart: about how long it may take [s], > 0
-  std::optional<PaperTable> paper_table;  ///< check: the paper's table of R beside ours
-  bool measure_iteration = false;         ///< check: make one iteration of the fit and say what it took
+  double chart_seconds = 60;       ///< chart: about how long it may take [s], > 0
+  bool measure_iteration = false;  ///< check: make one iteration of the fit and say what it took
 };
 
 }  // namespace aberfit

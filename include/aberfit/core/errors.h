@@ -4,8 +4,11 @@
 
 namespace aberfit {
 
-/// Bad input from outside (study file, data file, command line): the program prints `what()` and exits 2.
-/// Says where (file and, inside JSON, the pointer), what was found and what is allowed.
+/// Value of `found` for a missing item; `allowed` is then a sentence, "a study needs ...".
+inline constexpr const char* kMissing = "missing";
+
+/// Bad input from outside (study file, data file, command line): the program prints `what()` and exits 2. It
+/// gives the place (file and, inside JSON, the pointer), what was found and what is allowed.
 class InputError : public std::runtime_error {
  public:
   InputError(std::string file, std::string pointer, std::string found, std::string allowed);
@@ -19,8 +22,8 @@ class InputError : public std::runtime_error {
   std::string file_, pointer_, found_, allowed_;
 };
 
-/// A value of a task that cannot be used, told by those who know no file. field: its dotted name in the study
-/// format, "target.psd.method"; whoever knows the file makes an InputError of it (study/field_errors.h).
+/// A value of a task that cannot be used, thrown by code that does not know the file. field: its dotted name
+/// in the study format, "target.psd.method". It becomes an InputError with the file (study/field_errors.h).
 class FieldError : public std::runtime_error {
  public:
   FieldError(std::string field, std::string found, std::string allowed);
@@ -33,14 +36,13 @@ class FieldError : public std::runtime_error {
   std::string field_, found_, allowed_;
 };
 
-/// A computation that could not deliver a result at all: the program exits 3. Numerical trouble that still
-/// leaves a result is a status and a warning inside that result instead.
+/// A computation without any result: the program exits 3. Trouble that leaves a result is a warning in it.
 class ComputationError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A run that was asked to stop before there was anything to keep: the program exits 4.
+/// A run that was interrupted before it had a result: the program exits 4.
 class Interrupted : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -12,40 +12,43 @@
 /// Lines, words and numbers of text files.
 namespace aberfit {
 
-/// Blanks, tabs, what is left of line ends, and the Ctrl-Z at the end of files of DOS.
+/// Blanks, tabs, remains of line ends, and the Ctrl-Z at the end of DOS files.
 inline constexpr std::string_view kBlanks = " \t\r\n\v\f\x1a";
 
 /// The text without blanks at its ends.
 std::string_view trimmed(std::string_view text);
-/// What stands between separators, nothing of it empty.
+/// The non-empty parts between separators.
 std::vector<std::string_view> words(std::string_view text, std::string_view separators = kBlanks);
-/// The same in a vector whose memory is used again.
+/// The same into a vector whose memory is reused.
 void find_words(std::string_view text, std::string_view separators, std::vector<std::string_view>* found);
-/// Of ASCII; other characters stay.
+/// ASCII only; other characters stay.
 std::string lower_case(std::string_view text);
 std::string upper_case(std::string_view text);
-/// 'text' for a message: at most 40 bytes of UTF-8, unprintable ones as '?'.
+/// The candidates that begin with `word`, and those that differ from it in at most half of its letters
+/// (Levenshtein distance), ignoring case. The nearest come first; equally near ones keep their order.
+std::vector<std::string> near_words(std::string_view word, const std::vector<std::string>& candidates);
+/// 'text' for a message: at most 40 bytes of UTF-8, with '?' for unprintable characters.
 std::string in_quotes(std::string_view text);
 
-/// Bytes of a file as UTF-8: UTF-16 is known by its byte order mark, or by the zero byte beside each of its
-/// first two characters. Other bytes stay; of characters beyond 16 bits '?' is left.
+/// Bytes of a file as UTF-8. UTF-16 is recognised by its byte order mark, or by the zero byte beside each of
+/// its first two characters. Other bytes stay; characters beyond 16 bits become '?'.
 std::string utf8_text(std::string_view bytes);
-/// A line of text as UTF-8 with ordinary blanks: bytes that are no UTF-8 are taken for Windows-1252, where
-/// instruments write their units, and no-break, thin and figure spaces become blanks.
+/// A line of text as UTF-8 with ordinary blanks. Bytes that are not UTF-8 count as Windows-1252, in which
+/// instruments write their units; no-break, thin and figure spaces become blanks.
 std::string with_plain_blanks(std::string_view line);
 
-/// The first number of a line that is written with a decimal comma, "0,1"; nothing where there is none. A
-/// comma counts as one where columns are separated by something else: by ';', tab, quotes, or blanks where
-/// every word of two or more has a single comma between digits.
+/// The first number of a line that has a decimal comma, "0,1"; empty if there is none. A comma is a decimal
+/// comma where columns have another separator: ';', tab, quotes, or blanks where every one of two or more
+/// words has a single comma between digits.
 std::optional<std::string> decimal_comma(std::string_view line);
-/// What to do about it, for a message.
+/// The advice for it in a message.
 inline constexpr const char* kDecimalPoint =
     "numbers with a decimal point: write 0.1 for 0,1, as the export of the instrument or an editor can";
 
-/// A whole number that is not negative, its digits in groups of three: "307,200".
+/// A non-negative integer with its digits in groups of three: "307,200".
 std::string grouped(double whole);
 
-/// The first bytes of a regular file, `most` of them at most; nothing when it cannot be read.
+/// The first bytes of a regular file, at most `most` of them; empty when it cannot be read.
 std::optional<std::string> file_bytes(const std::string& path,
                                       std::uintmax_t most = std::numeric_limits<std::uintmax_t>::max());
 
@@ -53,17 +56,17 @@ std::optional<std::string> file_bytes(const std::string& path,
 [[noreturn]] void fail_at_line(const std::string& path, long line, const std::string& found,
                                const std::string& allowed);
 
-/// The line without its comment, which begins at a '#' that is first in the line or stands behind a blank: a
+/// The line without its comment. A comment begins at a '#' that is first in the line or follows a blank; a
 /// '#' inside a word ("1.#QNAN0", "x#1") belongs to the word.
 std::string_view before_comment(std::string_view line);
 
-/// True for what programs built with the C runtime of older Windows write for a double that is no number or
-/// no finite one: an optional sign, "1.#", then a letter and further letters and digits, such as "1.#QNAN0",
-/// "-1.#IND00", "1.#INF" and, cut to few digits, "1.#R".
+/// True for the text that the C runtime of older Windows writes for a double that is not finite: an optional
+/// sign, "1.#", then a letter and further letters and digits. Examples: "1.#QNAN0", "-1.#IND00", "1.#INF",
+/// "1.#R".
 bool is_old_windows_nan(std::string_view text);
 
-/// The number that all of `text` is; nothing for other text and beyond the range of `Number`. One '+' may
-/// stand before it. For a double "inf" and "nan" are numbers, and is_old_windows_nan is "nan".
+/// The number that the whole `text` represents; empty for other text and beyond the range of `Number`. One
+/// '+' may precede it. For a double, "inf" and "nan" are numbers, and text of is_old_windows_nan is NaN.
 template <class Number>
 std::optional<Number> parse_number(std::string_view text) {
   if (text.starts_with("+-")) return std::nullopt;
@@ -76,22 +79,22 @@ std::optional<Number> parse_number(std::string_view text) {
     if (is_old_windows_nan(text)) return std::numeric_limits<Number>::quiet_NaN();
   return std::nullopt;
 }
-/// The same of a finite number.
+/// The same for finite numbers only.
 std::optional<double> parse_finite(std::string_view text);
 
-/// The lines of a text file one after the other, as `utf8_text` and `with_plain_blanks` make them. Lines end
-/// with LF, CR LF or CR; a byte order mark is skipped. Throws InputError for what is no regular file, for a
-/// line of more than 2^24 characters (before it is stored), and for binary files (bytes that are zero).
+/// The lines of a text file one after the other, converted by `utf8_text` and `with_plain_blanks`. Lines end
+/// with LF, CR LF or CR; a byte order mark is skipped. Throws InputError for anything but a regular file, for
+/// a line of more than 2^24 characters (before it is stored), and for binary files (with zero bytes).
 class TextLines {
  public:
   explicit TextLines(const std::string& path);
-  /// The next line without its end; false at the end of the file. The view lives until the next call.
+  /// Reads the next line without its end; false at the end. The view is valid until the next call.
   bool next(std::string_view* line);
-  /// Number of the line that `next` gave last, from 1.
+  /// Number of the line that `next` read last, from 1.
   long number() const { return number_; }
-  /// Bytes of the file behind that line.
+  /// Bytes of the file after that line.
   std::size_t bytes_left() const;
-  /// fail_at_line with that line.
+  /// Calls fail_at_line with that line.
   [[noreturn]] void fail(const std::string& found, const std::string& allowed) const;
 
  private:
@@ -99,7 +102,7 @@ class TextLines {
 
   std::string path_;
   std::ifstream file_;
-  std::size_t unread_ = 0;  // bytes of the file that are not in the buffer yet
+  std::size_t unread_ = 0;  // bytes of the file that are not yet in the buffer
   std::vector<char> buffer_;
   std::size_t begin_ = 0, end_ = 0;
   std::string line_;

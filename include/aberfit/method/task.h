@@ -16,8 +16,8 @@
 #include "aberfit/terms/modal_covariance.h"
 #include "aberfit/theory/vocabulary.h"
 
-// What the method works on: the physics of a study without its file. Member names follow the keys of the
-// study format; SI units and radians throughout.
+// The input of the method: the physics of a study without its file. Member names follow the keys of the study
+// format; SI units and radians throughout.
 namespace aberfit {
 
 /// One entry of target.statistics. Names: ee<percent>, ring_fwhm, ee_within, ring_profile, scatter_rms,
@@ -31,9 +31,10 @@ struct StatisticRequest {
   std::variant<std::string, double> ring =
       std::string("ee90");          ///< ring_fwhm, ring_profile: "ee<percent>" or a radius [m]
   std::optional<double> bandwidth;  ///< spot_fwhm [m]
-  std::optional<double> value;      ///< the target itself, in the statistic's unit; absent: from theory
+  std::optional<double> value;      ///< given target, in the statistic's unit; absent: from theory
   double standard_error = 0;        ///< of a given value, in its unit
-  double tolerance = 1e-3;          ///< relative to the target value (shares and ring_profile: absolute)
+  AskedAs asked;                    ///< ee*: its key and unit in the study, for messages
+  double tolerance = 1e-3;          ///< relative to the target value (fractions, ring_profile: absolute)
   std::string file;                 ///< ring_profile: CSV with columns dz [m], share
   std::vector<double> profile_dz, profile_value;  ///< ring_profile: given inline or loaded from `file`
 };
@@ -44,8 +45,8 @@ struct PsdTarget {
       f_max;  ///< band [cycles/m]; absent: the part of the roughness that the terms carry
   int bins_per_decade = 12;
   double tolerance = 0.05;             ///< of log PSD
-  std::string method = "closed-form";  ///< of Zernikes over the disc; "estimator": any terms, through the
-                                       ///< estimator of a measurement
+  std::string method = "closed-form";  ///< "closed-form": Zernikes over the disc; "estimator": any terms,
+                                       ///< with the estimator of a measurement
 };
 
 struct TargetSpec {
@@ -62,17 +63,17 @@ struct ZernikeSpec {
 };
 enum class FourierSampling {
   kLog,   ///< `count` waves on log-uniform rings
-  kGrid,  ///< all of the frequency grid of pitch 1/(2R), R the aperture's radius, that the band has part in
+  kGrid,  ///< all frequencies in the band on the grid of pitch 1/(2R), R the aperture's radius
 };
 struct FourierSpec {
   std::optional<int> count;  ///< kLog; absent: law::kUsualWaves
   FourierSampling sampling = FourierSampling::kLog;
 };
-/// Where the terms end and scatter begins (PHYSICS 10).
+/// The rule for the frequency where terms end and scatter begins (PHYSICS 10).
 enum class BandRule {
   kDefault,  ///< kAuto where terms are automatic and the theory is not geometric, else kAll
-  kAuto,     ///< where the rest no longer makes one mirror differ from the mean
-  kAll,      ///< every frequency of the roughness is the terms'
+  kAuto,     ///< the frequency above which single mirrors do not differ from their mean
+  kAll,      ///< terms carry every frequency of the roughness
   kCut,      ///< at `cut`
 };
 struct BandSpec {
@@ -85,17 +86,17 @@ struct TermsSpec {
   std::vector<int> spherical;  ///< even powers 4..12
   CovarianceKind covariance = CovarianceKind::kFull;
   BandSpec band;
-  bool fewest = false;  ///< of automatic terms: the fewest that are equivalent, not those that carry the band
+  bool fewest = false;  ///< automatic terms: the fewest that are equivalent, not those that carry the band
 
-  /// No terms are named ("auto" or "fewest" in a file): a fit takes those that carry the band.
+  /// True when no terms are named ("auto" or "fewest" in a file); a fit then takes those that carry the band.
   bool automatic() const { return !zernike && !fourier && spherical.empty(); }
-  /// Those of whoever needs Zernikes: where none are named the default.
+  /// The Zernikes, for code that needs some: the default where no terms are named.
   std::optional<ZernikeSpec> zernikes() const { return automatic() ? ZernikeSpec{} : zernike; }
 };
 
 struct TraceSpec {
   std::optional<FocusModel> model;                ///< of the surface; absent ("auto"): what the theory needs
-  PupilOptions pupil;                             ///< JSON keys pupil, rays, seed sit side by side
+  PupilOptions pupil;                             ///< the JSON keys pupil, rays and seed lie side by side
   std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
   Centre centre = Centre::kNominal;
 };
@@ -106,30 +107,30 @@ struct FitSpec {
   std::uint64_t seed = 1;
   PriorMode prior = PriorMode::kNearStart;
   int max_iterations = 100;
-  int starts = 1;  ///< draws to begin with, in turn, until one is equivalent; else the nearest is kept
-  /// Prior RMS height of the spherical terms [m]; absent: by waves, whose pattern a start of many waves does
-  /// not have, that of the roughness, else 1 um.
+  int starts = 1;  ///< random starts in turn, until one is equivalent; else the nearest fit is kept
+  /// Prior RMS height of the spherical terms [m]. Absent: 1 um, or by waves that of the roughness, because a
+  /// start of many wavelengths has no usable diffraction pattern.
   std::optional<double> spherical_rms;
-  double bound_sigmas = 0;  ///< > 0: coefficients within so many prior standard deviations
+  double bound_sigmas = 0;  ///< > 0: limits coefficients to this many prior standard deviations
 };
 
 struct EquivalenceSpec {
   double margin = 0.01;
   double confidence = 0.95;
-  /// Relative difference of the light outside, 1 - E, that counts as equivalent, in encircled energies judged
-  /// in light; absent: the margin alone.
+  /// Relative difference of the energy outside, 1 - E, that counts as equivalent, for encircled energies
+  /// judged as energy fractions; absent: only the margin applies.
   std::optional<double> stray_light;
 };
 
-/// A mirror, its light and its roughness, and what is asked of them. The first four have no default; what the
-/// others are where nothing is said stands here and in the structs that they are made of, for programs and
-/// study files alike. Read, never changed: what a run decides is a plan of its own (plan.h).
+/// A mirror, its wavelength and roughness, and the statistics to meet. The first four members have no
+/// default. The defaults of the others stand here and in their structs, for programs and study files alike. A
+/// task is never changed; the decisions of a run go into a plan (plan.h).
 struct Task {
   Mirror mirror;
   Aperture aperture;
-  Light wavelength = {};        ///< [m]; of a band its mean where a number is wanted
+  Light wavelength = {};        ///< [m]; the mean of a band where a single number is needed
   std::optional<PsdModel> psd;  ///< of the roughness; absent where the study has none
-  Warnings data_warnings;       ///< what reading and measuring the roughness ran into
+  Warnings data_warnings;       ///< warnings from reading and measuring the roughness
   TargetSpec target;
   TermsSpec terms;
   TraceSpec trace;

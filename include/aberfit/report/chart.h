@@ -1,9 +1,9 @@
 #pragma once
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "aberfit/chart/chart.h"
+#include "aberfit/report/picture_format.h"
 #include "aberfit/report/result.h"
 
 namespace aberfit {
@@ -12,20 +12,12 @@ namespace aberfit {
 /// what does not exist is empty.
 std::string chart_csv(const Chart& chart);
 
-/// chart.json; what does not exist is null. study: the resolved study.
-nlohmann::ordered_json to_json(const Chart& chart, const nlohmann::ordered_json& study,
-                               const Provenance& provenance);
-
-/// The table people read on the terminal, at most 100 columns: per family the setting of today, the cheapest
-/// one that meets the tolerance, and what the first costs more.
-std::string summary_table(const Chart& chart);
-
 /// "rays, rays 65,536", "terms and scatter, f_c 12.5 /m": a row by its setting.
 std::string setting_text(const ChartRow& row);
 
-/// Pictures below `directory`/plots: one per family, error against time with the frontier, today's setting
-/// and the cheapest within tolerance marked. As write_plots.
-std::vector<std::string> write_chart_plots(const Chart& chart, const std::string& directory,
-                                           Warnings* warnings);
+/// Pictures as those of a fit (report/pictures.h), one per family: error against time with the frontier,
+/// today's setting and the cheapest within tolerance marked.
+std::vector<DrawnPicture> draw_pictures(const Chart& chart, const std::string& directory,
+                                        const PictureOptions& options, Warnings* warnings);
 
 }  // namespace aberfit

@@ -5,6 +5,7 @@
 
 #include "aberfit/core/warning.h"
 #include "aberfit/measured/clear_aperture.h"
+#include "aberfit/report/picture_format.h"
 #include "aberfit/report/result.h"
 #include "aberfit/spectrum/height_differences.h"
 #include "aberfit/spectrum/psd_estimate.h"
@@ -34,13 +35,6 @@ struct PsdReport {
   BandRms in_band(bool of_model) const;
 };
 
-/// result.json of `aberfit psd`: request, measurement, estimate (bins with intervals, degrees of freedom and
-/// the model's expectation), lines, model with parameters and candidates, roughness block, warnings. SI
-/// numbers, unit in the key; what does not exist is null. request: every option, as a `psd` block of model
-/// `measured`; roughness: the fitted model as a `roughness` block of a study.
-nlohmann::ordered_json to_json(const PsdReport& report, const nlohmann::ordered_json& request,
-                               const nlohmann::ordered_json& roughness);
-
 /// The line of a drawing as a `roughness` block of a study, to paste; its numbers read back to the same bits.
 nlohmann::ordered_json line_block(const DrawingLine& line);
 
@@ -51,12 +45,9 @@ std::string psd_csv(const PsdReport& report);
 /// RMS height [m] and slope [rad] by band as CSV: those asked for, then every octave.
 std::string bands_csv(const PsdReport& report);
 
-/// The table people read on the terminal, at most 100 columns, and the roughness block.
-std::string summary_table(const PsdReport& report, const nlohmann::ordered_json& roughness);
-
-/// Pictures below `directory`/plots: psd (bins with intervals, model, lines), structure_function, data (the
-/// detrended profile or map). As write_plots.
-std::vector<std::string> write_psd_plots(const PsdReport& report, const std::string& directory,
-                                         Warnings* warnings);
+/// Pictures psd (bins with intervals, model, lines), structure_function, data, data_2 ... (the detrended
+/// profiles or maps), as those of a fit (report/pictures.h).
+std::vector<DrawnPicture> draw_pictures(const PsdReport& report, const std::string& directory,
+                                        const PictureOptions& options, Warnings* warnings);
 
 }  // namespace aberfit

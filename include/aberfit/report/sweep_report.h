@@ -1,10 +1,10 @@
 #pragma once
 #include <cstddef>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "aberfit/core/warning.h"
+#include "aberfit/report/picture_format.h"
 #include "aberfit/report/result.h"
 
 namespace aberfit {
@@ -62,17 +62,11 @@ std::vector<SweepQuantiles> sweep_quantiles(const SweepReport& report, std::size
 /// cases.csv and quantiles.csv (FORMATS).
 std::string cases_csv(const SweepReport& report);
 std::string quantiles_csv(const SweepReport& report);
-/// result.json of kind "sweep": what varied, counts, the statistics' ranges, cases that failed.
-nlohmann::ordered_json to_json(const SweepReport& report, const nlohmann::ordered_json& study,
-                               const Provenance& provenance);
-/// The table people read on the terminal, at most 100 columns.
-std::string summary_table(const SweepReport& report);
-
-/// Pictures below directory/plots of each statistic in report.shown, as write_plots: curve_<statistic> over
+/// Pictures of each statistic in report.shown, as those of a fit (report/pictures.h): curve_<statistic> over
 /// the first axis with numbers, with bands of all else that varies or, where that is few, a line for each;
-/// of a grid in two axes with numbers also map_<statistic>, the median in colours, and
-/// contour_<statistic>, its contour lines.
-std::vector<std::string> write_sweep_plots(const SweepReport& report, const std::string& directory,
-                                           Warnings* warnings);
+/// of a grid in two axes with numbers also map_<statistic>, the median in colours, and contour_<statistic>,
+/// its contour lines.
+std::vector<DrawnPicture> draw_pictures(const SweepReport& report, const std::string& directory,
+                                        const PictureOptions& options, Warnings* warnings);
 
 }  // namespace aberfit

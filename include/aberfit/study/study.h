@@ -11,6 +11,7 @@
 #include "aberfit/method/verify.h"
 #include "aberfit/report/array_format.h"
 #include "aberfit/report/exports.h"
+#include "aberfit/report/picture_format.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_table.h"
 #include "aberfit/specify/budget.h"
@@ -80,6 +81,7 @@ struct RoughnessSum {
 struct RoughnessModel {
   std::variant<UniformPsd, KCorrelationPsd, PowerLawPsd, GaussianPsd, PsdTableFile, MeasuredPsd, RoughnessSum>
       model;
+  std::string name = {};  ///< for people, of a part of a sum
 };
 
 /// A measured map as target: least-squares terms.
@@ -92,41 +94,10 @@ struct MapTarget {
 };
 
 struct OutputSpec {
-  bool plots = true;
+  PictureFormat pictures = PictureFormat::kAuto;
   std::vector<ExportFormat> exports;
   int export_grid = 257;  ///< points per side of exported maps
   ArrayFormat arrays = ArrayFormat::kNone;
-};
-
-/// What a formula of study/published.h works on; absent values come from the study.
-struct FormulaInputs {
-  std::optional<double> gradient_x, gradient_y;  ///< RMS phase gradient per axis [rad/m]
-  std::optional<double> wavelength, focal_length, diameter, rms, correlation_length;  ///< [m]
-  std::optional<double> f_min, f_max;                                                 ///< [cycles/m]
-};
-
-/// A number, claim or picture printed elsewhere, to be answered with ours.
-struct PublishedNumber {
-  std::string id, section;  ///< stable key, and place there; may be empty
-  std::string label;
-  std::string quantity;    ///< key of the quantities of a verify result, or
-  std::string formula;     ///< a formula of study/published.h on `inputs`, or
-  std::string expression;  ///< arithmetic on quantities and printed values; all empty: nothing of ours
-  FormulaInputs inputs;
-  std::string printed;           ///< as printed, digit for digit; may be words
-  std::optional<double> value;   ///< the same as a number; absent where `printed` is none
-  bool derived = false;          ///< not printed there, but follows from what is
-  std::string unit;              ///< as printed
-  double scale = 1;              ///< printed value times scale = SI value
-  std::optional<double> within;  ///< relative difference that still holds; absent: half of the last digit
-  std::string holds;    ///< what has to be true instead of that: an expression, `ours` and `printed` in it
-  std::string verdict;  ///< where nothing is computed; or what it is called if the comparison holds
-  std::string reading;  ///< what holds and what does not, in a sentence
-  std::string picture;  ///< of verify_picture_names, the one that shows it
-};
-struct VerifySpec {
-  VerifyAside aside;
-  std::vector<PublishedNumber> published;
 };
 
 /// What blurs beside the mirror (specify/contributors.h), as the file has it.
@@ -213,14 +184,18 @@ struct ApertureSpec {
 struct Study : Task {
   std::string path;                  ///< file it was read from; empty: a program's
   std::vector<std::string> changes;  ///< put into it, "/json/pointer=value"
+  std::string typed;                 ///< its JSON text with these changes, units as typed; empty: a program's
   std::string title;
+  std::string description;  ///< text for people, of any length
+  std::string schema;       ///< where an editor finds the JSON Schema; nothing else reads it
   /// The description in the file, where `aperture` is made from it: the file of a mask, or a shape and
   /// spiders that cover a part of it.
   std::optional<ApertureSpec> obstructed;
   std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is the model that it stands for
   std::optional<MapTarget> map;             ///< target.map: instead of statistics
   OutputSpec output;
-  VerifySpec verify;
+  /// Surfaces that `verify` draws; absent: as many as its margin needs (method/verify.h).
+  std::optional<int> verify_draws;
   std::optional<SolveSpec> solve;
   std::optional<VarySpec> vary;
 };

@@ -1,0 +1,63 @@
+#pragma once
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "aberfit/core/warning.h"
+
+namespace aberfit {
+
+/// What people read of a result. A page is made once and shown as text on a terminal, as Markdown, and as
+/// HTML in `report.html`.
+struct Page {
+  enum class Tone { kPlain, kGood, kOpen, kBad };
+
+  /// A paragraph behind a short label, such as "Scene"; an empty label belongs to the one before.
+  struct Text {
+    std::string label, text;
+  };
+  /// A table whose cells are ready to be shown.
+  struct Table {
+    struct Row {
+      std::vector<std::string> cells;  ///< one cell alone is a heading of the rows that follow
+      Tone tone = Tone::kPlain;
+    };
+    std::string title;
+    std::vector<std::string> heads;  ///< empty: a table of labels and values
+    std::string align;               ///< "l" or "r" for each column
+    std::vector<Row> rows = {};
+    std::string note = {};  ///< below the table
+
+    void add(std::vector<std::string> cells, Tone tone = Tone::kPlain) {
+      rows.push_back({std::move(cells), tone});
+    }
+  };
+  /// Text that keeps its lines, such as a block to paste.
+  struct Verbatim {
+    std::string title, text;
+  };
+  using Part = std::variant<Text, Table, Verbatim>;
+
+  std::string headline;  ///< the answer; empty where there is nothing to answer
+  Tone tone = Tone::kPlain;
+  std::vector<std::string> advice;  ///< what to do next, a sentence each
+  std::vector<Text> answers;  ///< how certain, what it rests on, what would change it: of documents alone
+  std::string title;          ///< of the study
+  std::vector<Part> parts;
+  Warnings warnings;
+
+  void say(std::string label, std::string text) { parts.push_back(Text{std::move(label), std::move(text)}); }
+};
+
+struct TextStyle {
+  std::size_t width = 100;  ///< of the longest line [characters]; tables do not break
+  bool colour = false;      ///< escape sequences of ANSI terminals
+};
+
+/// The page as plain text.
+std::string text_of(const Page& page, const TextStyle& style = {});
+
+/// The page as Markdown with tables of GitHub's kind.
+std::string markdown_of(const Page& page);
+
+}  // namespace aberfit

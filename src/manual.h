@@ -1,0 +1,20 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace aberfit::internal {
+
+/// What --help prints of the app or of one of its commands, in lines of `width` characters.
+std::string help_text(const CLI::App& app, int width);
+/// The same of all commands as a manual page (man), and as completions for the shells bash and fish.
+std::string man_page(const CLI::App& app);
+std::string bash_completion(const CLI::App& app);
+std::string fish_completion(const CLI::App& app);
+
+/// Makes CLI11 print help_text.
+class HelpFormatter : public CLI::FormatterBase {
+ public:
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
+};
+
+}  // namespace aberfit::internal

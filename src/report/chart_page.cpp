@@ -1,0 +1,101 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/core/text.h"
+#include "aberfit/report/chart.h"
+#include "aberfit/report/documents.h"
+#include "paragraph.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+std::string seconds_text(double seconds) {
+  if (!std::isfinite(seconds)) return "-";
+  if (seconds < 1e-3) return fmt::format("{:.3g} us", 1e6 * seconds);
+  if (seconds < 1) return fmt::format("{:.3g} ms", 1e3 * seconds);
+  return fmt::format("{:.3g} s", seconds);
+}
+
+std::string error_text(double error) {
+  if (!std::isfinite(error)) return "-";
+  if (error == 0) return "0";
+  return error >= 1e-4 ? fmt::format("{:.3g} %", 100 * error) : fmt::format("{:.1e}", error);
+}
+
+const ChartRow* best_of(const ChartFamily& family) {
+  const ChartRow* best = nullptr;
+  for (const ChartRow& row : family.rows)
+    if (std::isfinite(row.error) && (!best || row.error < best->error)) best = &row;
+  return best;
+}
+
+const ChartRow* find(const ChartFamily& family, bool ChartRow::*flag) {
+  const auto at =
+      std::find_if(family.rows.begin(), family.rows.end(), [flag](const ChartRow& row) { return row.*flag; });
+  return at == family.rows.end() ? nullptr : &*at;
+}
+
+// What the rows of a family say together.
+std::string said_by(const ChartFamily& family, const ChartRow* today, const ChartRow* cheapest) {
+  if (!cheapest) {
+    const ChartRow* best = best_of(family);
+    return best && best->error_of_reference > family.tolerance
+               ? "The reference is not known to the tolerance; more --seconds help."
+               : "No setting that was measured meets the tolerance.";
+  }
+  if (cheapest == today) return "Nothing cheaper meets the tolerance.";
+  if (!today) return "";
+  return today->error <= family.tolerance
+             ? fmt::format("Today's setting costs {:.3g} times as much.", today->seconds / cheapest->seconds)
+             : "Today's setting does not meet the tolerance.";
+}
+
+void add_family(Page* page, const ChartFamily& family) {
+  if (family.rows.empty()) return page->say("", family.title + ": " + family.skipped);
+  const ChartRow* today = find(family, &ChartRow::is_default);
+  const ChartRow* cheapest = find(family, &ChartRow::is_cheapest_within_tolerance);
+  Page::Table table{fmt::format("{}: {}; against {} ({}); time of {}", family.title, family.error_of,
+                                error_text(family.tolerance), family.tolerance_of, family.timed),
+                    {"", "setting", "error", "time"},
+                    "llrr"};
+  const auto add = [&](const char* what, const ChartRow* row) {
+    if (row) table.add({what, setting_text(*row), error_text(row->error), seconds_text(row->seconds)});
+  };
+  add("today", today);
+  if (cheapest != today) add("cheapest", cheapest);
+  if (const ChartRow* best = cheapest ? nullptr : best_of(family); best != today) add("best", best);
+  table.note = said_by(family, today, cheapest);
+  if (!family.remark.empty()) table.note += (table.note.empty() ? "" : " ") + family.remark;
+  page->parts.push_back(std::move(table));
+}
+
+}  // namespace
+
+std::string setting_text(const ChartRow& row) {
+  if (!std::isfinite(row.value)) return row.method;
+  const std::string value =
+      row.value == std::floor(row.value) ? grouped(row.value) : fmt::format("{:.3g}", row.value);
+  return fmt::format("{}, {} {}{}", row.method, row.parameter, value, row.unit == "1" ? "" : " " + row.unit);
+}
+
+Page page_of(const Chart& chart) {
+  Page page;
+  page.title = chart.title;
+  page.say("Machine", fmt::format("{}, kernels for {}; {:.1f} s of {:.3g} s", plural(chart.threads, "thread"),
+                                  chart.instruction_set, chart.seconds, chart.budget_seconds));
+  page.answers.push_back({"How certain",
+                          "Times are medians on this machine; errors are those of the family, against a "
+                          "reference whose own error each row gives."});
+  page.answers.push_back({"What it rests on", "The study's own scene: another scene has another chart."});
+  page.answers.push_back(
+      {"What would change it", "A larger --seconds gives finer references and more settings."});
+  for (const ChartFamily& family : chart.families) add_family(&page, family);
+  page.warnings = chart.warnings;
+  return page;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,531 @@
+// What people read of a fit.
+#include "fit_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "aberfit/core/text.h"
+#include "aberfit/core/units.h"
+#include "aberfit/report/documents.h"
+#include "map_report.h"
+#include "paragraph.h"
+#include "shown_statistic.h"
+#include "split_notes.h"
+#include "statistic_label.h"
+#include "verdict_words.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+constexpr std::size_t kWorstFitted = 3, kWorstHeldOut = 5;
+constexpr double kCarriesAll = 0.985;  // of the height variance, as a default order does
+
+// Slopes are small angles and read best as such.
+std::string slope(double value) { return format_quantity(value, Dimension::kAngle); }
+
+// What the verdict was made on.
+const std::vector<EquivalenceMetric>& decided_by(const ResultDocument& result) {
+  const auto& light = result.light;
+  return light && light->decides && !light->metrics.empty() ? light->metrics : result.metrics;
+}
+
+// The theory that a verdict is true of.
+std::string theory_words(const ResultDocument& result) {
+  if (result.light_decides && !(result.light && result.light->no_grid)) return "light";
+  if (result.light_decides) return "rays (no grid holds the pupil's phase; their model error is allowed for)";
+  return result.theory == "ghs" ? "light" : "geometric rays";
+}
+
+// "ee35 -4 %"; in_spreads: also over what single mirrors differ by.
+std::string worst_words(const std::vector<EquivalenceMetric>& metrics, const ShownStatistics& shown,
+                        bool in_spreads = false) {
+  const EquivalenceMetric* worst = worst_of(metrics);
+  if (!worst) return "-";
+  const std::string name = shown.name(worst->name);
+  if (!std::isfinite(worst->difference)) return name + " has no value";
+  const std::string text = fmt::format("{} {:+.2g} %", name, 100 * worst->difference);
+  if (!in_spreads || !(worst->spread > 0)) return text;
+  return text + fmt::format(" ({:.2g} of the spread of mirrors of this specification)",
+                            std::abs(worst->difference / worst->spread));
+}
+
+// How many of the metrics are what.
+struct Tally {
+  explicit Tally(const std::vector<EquivalenceMetric>& metrics) : count(long(metrics.size())) {
+    for (const EquivalenceMetric& metric : metrics) {
+      different += metric.verdict == Verdict::kDifferent;
+      undecided += metric.verdict == Verdict::kUndecided;
+      held_out += metric.held_out;
+      margin = std::max(margin, metric.margin);
+    }
+  }
+  std::string words() const {
+    if (different == 0 && undecided == 0)
+      return fmt::format("all {} within +-{:.4g} %", plural(count, "statistic"), 100 * margin);
+    return fmt::format("{} of {} different, {} undecided, margin +-{:.4g} %", different,
+                       plural(count, "statistic"), undecided, 100 * margin);
+  }
+  long count, different = 0, undecided = 0, held_out = 0;
+  double margin = 0;
+};
+
+bool by_waves(const ResultDocument& result) { return result.model == "waves"; }
+
+std::string theory_name(const std::string& theory) {
+  return theory == "ghs"         ? "generalised Harvey-Shack"
+         : theory == "geometric" ? "geometric Harvey-Shack"
+         : theory == "given"     ? "given values"
+                                 : theory;
+}
+
+// One sentence for whoever has to do better by what decides.
+std::string what_would_help_here(const ResultDocument& result, const Tally& tally) {
+  if (tally.different == 0 && tally.undecided > 0)
+    return by_waves(result) ? "The undecided statistics need a larger `equivalence.margin`."
+                            : "The undecided statistics need smaller errors: more rays (`trace.rays`) or a "
+                              "larger `equivalence.margin`.";
+  if (result.map)
+    return "The part is what it is: `equivalence.margin` says how far it may be from the mean of its "
+           "specification.";
+  const auto warned = [&](const char* code) {
+    return std::any_of(result.warnings.begin(), result.warnings.end(),
+                       [&](const Warning& warning) { return warning.code == code; });
+  };
+  if (warned("below-diffraction"))
+    return "Some given radii are smaller than diffraction allows: give larger ones, a larger aperture or a "
+           "shorter wavelength.";
+  const EquivalenceMetric* worst = worst_of(decided_by(result));
+  if (warned("few-modes") && worst &&
+      (worst->name.starts_with("rms_height") || worst->name.starts_with("scatter_")))
+    return "Light and the height of the surface contradict each other where few modes carry the roughness: "
+           "judge light alone (leave `statistics` out), or give a band of more modes.";
+  if (result.fit.status == FitStatus::kDegenerate)
+    return "The fit had no gradient to start along: " + result.fit.message + ".";
+  if (!result.frontier && result.surface.captured_fraction > 0 &&
+      result.surface.captured_fraction < kCarriesAll)
+    return "More terms would help: leave `terms` out and they are chosen.";
+  // The terms carry the roughness; no surface has more to give than its modes.
+  const double modes = result.has_roughness ? result.scene.n_eff : 0;
+  if (result.frontier && modes > 0 && modes < double(result.targets.size()))
+    return fmt::format(
+        "{:.2g} modes carry the roughness (N_eff), fewer than the {} they have to meet: a larger margin or a "
+        "band of more modes would help, more terms would not.",
+        modes, plural(long(result.targets.size()), "statistic"));
+  if (result.interrupted) return "The fit was interrupted: let it come to its end.";
+  if (result.fit.status != FitStatus::kConverged)
+    return "The fit ended early (" + to_string(result.fit.status) +
+           "): " + (result.fit.out_of_iterations ? "more iterations (`fit.max_iterations`), " : "") +
+           "another `fit.seed` or " + (result.frontier ? "a larger margin" : "more terms") + " would help.";
+  if (result.frontier)
+    return "No set of terms that was tried passes: try another `fit.seed` or a larger margin.";
+  return "More terms (leave `terms` out), another `fit.seed` or a larger margin would help.";
+}
+
+std::string what_would_help(const ResultDocument& result) {
+  const Tally tally(decided_by(result));
+  if (!result.light || !result.light->decides || result.light->obstacle.empty())
+    return what_would_help_here(result, tally);
+  const std::string obstacle = "Light has no answer: " + result.light->obstacle + ".";
+  // What decides in its place may have left something open, or nothing.
+  return tally.different + tally.undecided > 0 ? obstacle + " " + what_would_help_here(result, tally)
+                                               : obstacle;
+}
+
+// Least-squares terms that nothing says what to make of.
+bool only_map(const ResultDocument& result) { return result.map && !result.has_roughness; }
+
+std::string stopped_by(const ResultDocument& result) {
+  return result.stopped_by.empty() ? "" : " (stopped by " + result.stopped_by + ")";
+}
+
+// A measured part that is not the mean of its specification may well be one of its mirrors.
+bool part_differs(const ResultDocument& result) {
+  return result.map && result.verdict == Verdict::kDifferent;
+}
+
+std::string unjudged(const ResultDocument& result) {
+  if (only_map(result))
+    return fmt::format(
+        "NOT JUDGED - least-squares terms of a measured map: residual {} RMS, {} on the points kept back",
+        metres_text(result.map->rms_residual), metres_text(result.map->rms_held_out));
+  if (result.fit.status == FitStatus::kNotRun) return "NOT JUDGED - nothing was fitted";
+  if (result.map && result.light) return "NOT JUDGED - light has no answer: " + result.light->obstacle;
+  return (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", " : "") +
+         ("NOT JUDGED - fit: " + to_string(result.fit.status));
+}
+
+std::string judged(const ResultDocument& result, const ShownStatistics& shown, const Tally& tally) {
+  std::string text =
+      (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", the best so far: " : "") +
+      upper_case(to_string(result.verdict)) +
+      (part_differs(result) ? " from the mean, " + worst_words(decided_by(result), shown, true) + ", in "
+                            : " in ") +
+      theory_words(result);
+  if (result.light && !result.light->decides && !result.light->metrics.empty())
+    text += "; in light " + upper_case(to_string(result.light->verdict)) +
+            (result.light->verdict == Verdict::kEquivalent
+                 ? ""
+                 : " (" + worst_words(result.light->metrics, shown) + ")");
+  if (result.character) text += "; " + character_words(*result.character, result.verdict);
+  text += " - " + tally.words();
+  if (result.confidence > 0) text += fmt::format(", {:.4g} % confidence", 100 * result.confidence);
+  return text + fmt::format("; {} held out", tally.held_out);
+}
+
+// What to do with a surface that is equivalent.
+std::string use_of(const ResultDocument& result) {
+  if (!result.shares || !(result.shares->rest_rms > 0))
+    return "Give the surface the terms (coefficients.csv or an export): they are this mirror, and nothing is "
+           "left to scatter.";
+  return result.shares->cut > 0 ? std::string(kUse) + " " + kBeware : kUseWithoutTerms;
+}
+
+// How sure the answer is, what it rests on and what would change it.
+void add_answers(Page* page, const ResultDocument& result, const ShownStatistics& shown) {
+  const std::vector<EquivalenceMetric>& deciding = decided_by(result);
+  const auto say = [&](const char* label, std::string text) {
+    page->answers.push_back({label, std::move(text)});
+  };
+  if (const EquivalenceMetric* worst = worst_of(deciding)) {
+    const Tally tally(deciding);
+    say("How certain",
+        fmt::format(
+            "{}{} of {} were not seen by the fit; all were judged on {} that the fit has not used.",
+            result.confidence > 0 ? fmt::format("{:.4g} % confidence. ", 100 * result.confidence) : "",
+            tally.held_out, plural(tally.count, "statistic"),
+            by_waves(result) ? "a finer grid" : "fresh rays"));
+    const double used = std::max(std::abs(worst->interval[0]), std::abs(worst->interval[1]));
+    if (std::isfinite(used))
+      say("What would change it",
+          fmt::format(
+              "The statistic nearest to its limit is {}: with a margin below {:.2g} % the answer would "
+              "not be \"equivalent\".",
+              shown.name(worst->name), 100 * used));
+  }
+  if (const StatisticSpread* spread = result.spread.worst())
+    say("One real mirror", "Single mirrors of this specification differ from their mean by " +
+                               spread_words(*spread) + ", one standard deviation, at most.");
+  if (result.has_roughness)
+    say("What it rests on",
+        fmt::format("Targets by {}, the surface by {}; a stationary, isotropic, Gaussian roughness with the "
+                    "PSD that is given, and a scalar theory of light.",
+                    theory_name(result.theory), by_waves(result) ? "diffraction" : "geometric rays"));
+}
+
+void add_headline(Page* page, const ResultDocument& result, const ShownStatistics& shown) {
+  if (only_map(result) || result.metrics.empty()) {
+    page->headline = unjudged(result);
+    page->tone = only_map(result) ? Page::Tone::kPlain : Page::Tone::kOpen;
+    return;
+  }
+  const Tally tally(decided_by(result));
+  page->headline = judged(result, shown, tally);
+  page->tone = tone_of(result.verdict);
+  page->advice.push_back(result.verdict == Verdict::kEquivalent
+                             ? use_of(result)
+                             : "Worst: " + worst_words(decided_by(result), shown) + ". " +
+                                   what_would_help(result));
+  if (result.character && !result.character->fault().empty()) page->tone = Page::Tone::kOpen;
+}
+
+void add_map(Page* page, const ResultDocument& result) {
+  const MapFitResult& map = *result.map;
+  page->say("Map", fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, "
+                               "rank {} of {}, residuals worth {:.0f} independent points",
+                               map.points, map.held_out_points, metres_text(map.rms_map),
+                               map.condition_number, map.rank, result.terms.size(), map.independent_points) +
+                       clear_text(result.clear));
+  if (const auto& panels = result.map_panels) {
+    const MapPanel& measured = panels->measured;
+    page->say("", fmt::format("pitch {}; RMS slope {} per axis ({} along x, {} along y)",
+                              pitches_text(measured.map.pitch_x, measured.map.pitch_y),
+                              slope(std::sqrt(0.5 * (std::pow(measured.rms_slope_x, 2) +
+                                                     std::pow(measured.rms_slope_y, 2)))),
+                              slope(measured.rms_slope_x), slope(measured.rms_slope_y)));
+  }
+  if (!only_map(result))
+    page->say("", fmt::format("residual {} RMS, {} on the points kept back", metres_text(map.rms_residual),
+                              metres_text(map.rms_held_out)));
+}
+
+void add_scene(Page* page, const ResultDocument& result) {
+  if (result.map) add_map(page, result);
+  if (only_map(result)) return;
+  if (!result.has_roughness) return page->say("Scene", "no roughness given; all targets are values");
+  const SceneNumbers& scene = result.scene;
+  page->say(result.map ? "Specified" : "Scene",
+            fmt::format("RMS height {}, RMS slope {} per axis, correlation length {}, {:.4g} modes carry the "
+                        "slope, g {:.3g}, kappa {:.3g}, TIS {:.3g} %, Airy ee90 {}, the paper's R {:.3g}",
+                        metres_text(scene.rms_height), slope(scene.rms_slope_per_axis),
+                        metres_text(scene.correlation_length), scene.n_eff, scene.g, scene.kappa,
+                        100 * scene.tis, metres_text(scene.airy_ee90), scene.paper_ratio_r));
+  page->say("Model", fmt::format("targets {}, surface {}, needed {}: {}", result.theory, result.model,
+                                 result.needed.empty() ? "-" : result.needed,
+                                 result.model_reason.empty() ? scene.reason : result.model_reason));
+  if (const auto& errors = result.errors)
+    page->say("", fmt::format("generalised Harvey-Shack ee50 {}, ee80 {}, ee90 {}; rays are off by {} % "
+                              "(ee50) and {} % (ee90)",
+                              metres_text(errors->ghs.ee50), metres_text(errors->ghs.ee80),
+                              metres_text(errors->ghs.ee90), signed_percent(errors->ray_ee50),
+                              signed_percent(errors->ray_ee90)));
+  if (const StatisticSpread* worst = result.spread.worst())
+    page->say("", "single mirrors of this specification differ by " + spread_words(*worst) +
+                      ", one standard deviation, at most");
+}
+
+void add_solver(Page* page, const ResultDocument& result) {
+  const std::string points = plural(long(result.rays), by_waves(result) ? "grid cell" : "ray");
+  const FitResult& fit = result.fit;
+  const std::string terms = plural(long(result.terms.size()), "term");
+  if (result.map)
+    return page->say("Fit", only_map(result) ? fmt::format("{}, {:.3g} s; light by {}", to_string(fit.status),
+                                                           fit.seconds, points)
+                                             : fmt::format("{}, {:.3g} s; {}, least squares",
+                                                           to_string(fit.status), fit.seconds, terms));
+  if (fit.status == FitStatus::kNotRun) return;
+  page->say("Fit", fmt::format("{} after {}, {}, {:.3g} s: {}", to_string(fit.status),
+                               plural(fit.iterations, "iteration"), plural(fit.evaluations, "evaluation"),
+                               fit.seconds, fit.message));
+  page->say("", fmt::format("{}, {}, {}; {} of {} directions are set by the targets, {} unseen by them",
+                            terms, points, plural(long(result.targets.size()), "target"), fit.rank,
+                            result.terms.size(), fit.null_directions));
+}
+
+void add_surface(Page* page, const ResultDocument& result) {
+  const EquivalentSurface& surface = result.surface;
+  if (!(surface.rms_height > 0)) return;
+  std::string text =
+      fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}", metres_text(surface.rms_height),
+                  slope(surface.rms_slope_per_axis), surface.g);
+  if (std::isfinite(surface.kappa)) text += fmt::format(", kappa {:.3g}", surface.kappa);
+  if (surface.captured_fraction > 0)
+    text += fmt::format("; the terms can carry {:.4g} % of the specified height variance",
+                        100 * surface.captured_fraction);
+  page->say("Surface", text);
+}
+
+void add_fit(Page* page, const ResultDocument& result) {
+  add_solver(page, result);
+  const bool cells = by_waves(result);
+  if (result.ray_choice && (result.ray_choice->automatic || cells) && !result.ray_choice->reason.empty())
+    page->say(cells ? "Cells" : "Rays", result.ray_choice->reason);
+  if (result.shares) add_band(page, *result.shares, result.scatter, result.surface);
+  if (result.frontier) add_frontier(page, *result.frontier, cells ? "cells" : "rays");
+  add_surface(page, result);
+}
+
+// One line of the statistics table.
+struct Line {
+  std::string name;
+  double target = NAN, fitted = NAN, fresh = NAN;
+  const EquivalenceMetric* metric = nullptr;
+  bool at_focus = false, held_out = false;
+
+  // How much this line deserves to be seen: verdict first, then the share of the margin that is used up.
+  std::pair<int, double> severity() const {
+    if (!metric) return {0, 0.0};
+    const int rank = metric->verdict == Verdict::kDifferent   ? 2
+                     : metric->verdict == Verdict::kUndecided ? 1
+                                                              : 0;
+    const double used = std::abs(metric->difference) / metric->margin;
+    return {rank, std::isfinite(used) ? used : HUGE_VAL};
+  }
+};
+
+std::vector<Line> statistic_lines(const ResultDocument& result) {
+  std::map<std::string, const EquivalenceMetric*> judged;
+  for (const EquivalenceMetric& metric : result.metrics) judged.emplace(metric.name, &metric);
+  const std::vector<std::string> names = unique_names(result.targets);
+  std::vector<Line> lines;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto at = [&](const Eigen::VectorXd& v) {
+      return Eigen::Index(k) < v.size() ? v[Eigen::Index(k)] : NAN;
+    };
+    Line line{names[k], result.targets[k].value, at(result.fitted), at(result.validated), nullptr, true,
+              false};
+    line.at_focus = is_at_focus(line.name);
+    if (const auto it = judged.find(line.name); it != judged.end()) {
+      line.metric = it->second;
+      if (std::isnan(line.fresh)) line.fresh = it->second->model;
+      judged.erase(it);
+    }
+    lines.push_back(line);
+  }
+  for (const EquivalenceMetric& metric : result.metrics)
+    if (judged.contains(metric.name))
+      lines.push_back({metric.name, metric.target, NAN, metric.model, &metric, false, metric.held_out});
+  return lines;
+}
+
+// Lines of the table under a title.
+struct Section {
+  std::string title;
+  std::vector<Line> lines;
+};
+
+Section section_of(const std::string& title, const std::vector<Line>& lines, auto wanted) {
+  Section section{title, {}};
+  std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines), wanted);
+  return section;
+}
+
+// The `count` most severe of those lines, worst first; the title says of how many.
+Section worst_section(const std::string& title, std::size_t count, const std::vector<Line>& lines,
+                      auto wanted) {
+  Section section = section_of(title, lines, wanted);
+  std::stable_sort(section.lines.begin(), section.lines.end(),
+                   [](const Line& a, const Line& b) { return a.severity() > b.severity(); });
+  const std::size_t of = section.lines.size();
+  section.lines.resize(std::min(count, of));
+  section.title += fmt::format(": the worst {} of {}", section.lines.size(), of);
+  return section;
+}
+
+std::vector<Section> sections_of(const ResultDocument& result, const std::vector<Line>& lines, bool all) {
+  const auto fitted = [](const Line& line) { return !line.held_out; };
+  const auto held_out = [](const Line& line) { return line.held_out; };
+  const std::string of_map = "Statistics of the terms at the focus, by " + result.model;
+  if (all)
+    return {section_of(only_map(result) ? of_map : "Fitted statistics", lines, fitted),
+            section_of("Held-out statistics, judged but not fitted", lines, held_out)};
+  return {section_of(only_map(result) ? of_map
+                     : result.map     ? "Statistics of the part at the focus"
+                                      : "Fitted statistics at the focus",
+                     lines, [](const Line& l) { return l.at_focus; }),
+          worst_section("Fitted in other planes", kWorstFitted, lines,
+                        [](const Line& l) { return !l.held_out && !l.at_focus; }),
+          worst_section("Held out, judged but not fitted", kWorstHeldOut, lines, held_out)};
+}
+
+// with_spreads: how many spreads of single mirrors the difference is.
+void add_row(Page::Table* table, const Line& line, const ShownStatistics& shown, bool with_spreads) {
+  std::string difference = "-", interval = "-", verdict = "-";
+  Page::Tone tone = Page::Tone::kPlain;
+  if (const EquivalenceMetric* metric = line.metric) {
+    difference = signed_percent(metric->difference);
+    if (std::isfinite(metric->interval[0]) && std::isfinite(metric->interval[1]))
+      interval = signed_percent(metric->interval[0]) + " .. " + signed_percent(metric->interval[1]);
+    verdict = verdict_word(metric->verdict);
+    if (metric->verdict != Verdict::kEquivalent) tone = tone_of(metric->verdict);
+  } else if (std::isfinite(line.target) && line.target != 0 && std::isfinite(line.fresh)) {
+    difference = signed_percent(line.fresh / line.target - 1);
+  }
+  std::vector<std::string> cells = {shown.name(line.name), shown.value(line.name, line.target),
+                                    shown.value(line.name, line.fitted), shown.value(line.name, line.fresh),
+                                    difference};
+  if (with_spreads)
+    cells.push_back(line.metric && line.metric->spread > 0
+                        ? fmt::format("{:+.2f}", line.metric->difference / line.metric->spread)
+                        : "-");
+  cells.push_back(interval);
+  cells.push_back(verdict);
+  table->add(std::move(cells), tone);
+}
+
+void add_statistics(Page* page, const ResultDocument& result, const ShownStatistics& shown, bool all) {
+  const std::vector<Line> lines = statistic_lines(result);
+  if (lines.empty()) return;
+  const bool with_spreads = result.map && !only_map(result);
+  const double confidence = result.confidence;
+  Page::Table table{
+      "", {"", "target", "fitted", by_waves(result) ? "fresh grid" : "fresh rays", "diff. [%]"}, "lrrrr"};
+  if (with_spreads) table.heads.push_back("spreads"), table.align += 'r';
+  table.heads.push_back(confidence > 0 ? fmt::format("{:.3g} % interval [%]", 100 * (2 * confidence - 1))
+                                       : "interval [%]");
+  table.heads.push_back("verdict");
+  table.align += "rl";
+  for (const Section& section : sections_of(result, lines, all)) {
+    if (section.lines.empty()) continue;
+    table.add({section.title});
+    for (const Line& line : section.lines) add_row(&table, line, shown, with_spreads);
+  }
+  page->parts.push_back(std::move(table));
+}
+
+// Light's answer, where the fit's own metrics are not light's.
+void add_light(Page* page, const ResultDocument& result, const ShownStatistics& shown, bool all) {
+  const auto& light = result.light;
+  if (!light) return;
+  if (light->metrics.empty()) {
+    if (!light->obstacle.empty()) page->say("Light", "no answer: " + light->obstacle);
+    return;
+  }
+  Page::Table table{
+      std::string("The same surface in light, by diffraction") + (light->decides ? " (this decides)" : ""),
+      {"", light->theory, "surface", "diff. [%]", "verdict"},
+      "lrrrl"};
+  const EquivalenceMetric* worst = worst_of(light->metrics);
+  for (const EquivalenceMetric& metric : light->metrics) {
+    if (!all && &metric != worst && (!is_at_focus(metric.name) || metric.held_out)) continue;
+    table.add({shown.name(metric.name), shown.value(metric.name, metric.target),
+               shown.value(metric.name, metric.model), signed_percent(metric.difference),
+               verdict_word(metric.verdict) + (&metric == worst ? ", the worst of all" : "")},
+              metric.verdict == Verdict::kEquivalent ? Page::Tone::kPlain : tone_of(metric.verdict));
+  }
+  page->parts.push_back(std::move(table));
+}
+
+// What differences mean, and whether the margin can see the roughness.
+void add_footnotes(Page* page, const ResultDocument& result) {
+  const auto any = [&](auto wanted) {
+    return std::any_of(result.metrics.begin(), result.metrics.end(), wanted);
+  };
+  if (any([](const EquivalenceMetric& m) { return std::isfinite(m.tolerance_share); }))
+    page->say(
+        "diff.",
+        fmt::format(
+            "of an encircled-energy radius: the fraction less the share of the light inside the "
+            "target's radius, over max(r dE/dr, {0}); of ee_within and ensquared_within: the "
+            "share less its target, over {0}{1}",
+            kFlattestCurve,
+            any([](const EquivalenceMetric& m) { return m.name == "strehl" || m.name.starts_with("mtf@"); })
+                ? fmt::format("; of strehl and mtf: less the target, over the target or {}, "
+                              "whichever is larger",
+                              kFlattestCurve)
+                : ""));
+  if (result.map && result.spread.worst())
+    page->say("spreads", "diff. over the standard deviation of it among mirrors of this specification");
+  if (result.perfect)
+    page->say("Perfect",
+              fmt::format("the perfect mirror's worst statistic in light{} is {:.3g} tolerances away ({})",
+                          result.perfect->mismatch < 1 ? "" : " in focus", result.perfect->mismatch,
+                          name_without_unit(result.perfect->statistic)));
+}
+
+void add_spectrum(Page* page, const ResultDocument& result) {
+  if (result.spectrum.empty()) return;
+  Page::Table table{"PSD bins of the term surface",
+                    {"band [cycles/m]", "target [m^4]", "fitted [m^4]", "diff. [%]"},
+                    "lrrr"};
+  for (const SpectrumBin& bin : result.spectrum)
+    table.add({fmt::format("{:.4g} .. {:.4g}", bin.low, bin.high), fmt::format("{:.4g}", bin.target),
+               fmt::format("{:.4g}", bin.fitted), signed_percent(bin.fitted / bin.target - 1)});
+  page->parts.push_back(std::move(table));
+}
+
+}  // namespace
+
+Page page_of(const ResultDocument& result, bool all) {
+  const ShownStatistics shown(result.targets);
+  Page page;
+  add_headline(&page, result, shown);
+  add_answers(&page, result, shown);
+  page.title = result.title;
+  add_scene(&page, result);
+  add_fit(&page, result);
+  add_statistics(&page, result, shown, all);
+  add_map_light(&page, result);
+  add_light(&page, result, shown, all);
+  add_footnotes(&page, result);
+  add_spectrum(&page, result);
+  if (result.character) add_character(&page, *result.character);
+  page.warnings = result.warnings;
+  return page;
+}
+
+}  // namespace aberfit

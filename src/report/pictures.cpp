@@ -1,0 +1,59 @@
+#include "aberfit/report/pictures.h"
+
+#include "fit_pictures.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+// Terms of a map without a specification have only their own light, which is that of `map_light` where rays
+// are no model of it.
+bool rays_show_nothing(const ResultDocument& result) {
+  return result.map && !result.has_roughness && result.model == "waves";
+}
+
+}  // namespace
+
+const std::vector<std::string>& fit_picture_names() {
+  static const std::vector<std::string> names = {"map_heights",  "map_light",    "specified_psd", "ee_curves",
+                                                 "ring_through", "focal_images", "focal_core",    "mtf",
+                                                 "bsdf",         "surface",      "profile",       "gradients",
+                                                 "coefficients", "character",    "frontier"};
+  return names;
+}
+
+std::vector<DrawnPicture> draw_pictures(const FitPictures& fit, const std::string& directory,
+                                        const PictureOptions& options, Warnings* warnings) {
+  if (options.format == PictureFormat::kNone) return {};
+  const ResultDocument& result = fit.result;
+  std::vector<Picture> pictures;
+  const auto add = [&](std::optional<Picture> picture) {
+    if (picture) pictures.push_back(std::move(*picture));
+  };
+  if (result.map_panels) add(map_heights_picture(fit));
+  if (result.map_light) add(map_light_picture(fit));
+  add(specified_psd_picture(fit));
+  if (!rays_show_nothing(result)) {
+    add(ee_curves_picture(fit));
+    add(ring_through_picture(fit));
+    add(focal_images_picture(fit));
+    add(focal_core_picture(fit));
+    add(mtf_picture(fit));
+  }
+  add(bsdf_picture(fit));
+  const Eigen::VectorXd& coefficients = result.fit.coefficients;
+  if (coefficients.size() > 0 && coefficients.size() == fit.surface_grid.terms().size()) {
+    SurfaceField grid;
+    fit.surface_grid.apply(coefficients, &grid);
+    add(surface_picture(fit, grid));
+    add(profile_picture(fit, grid));
+    add(gradients_picture(fit));
+    add(coefficients_picture(fit));
+  }
+  if (result.character && !result.character->zones.empty()) add(character_picture(fit));
+  if (result.frontier && result.frontier->points.size() > 1) add(frontier_picture(fit));
+  return draw(pictures, directory, options, warnings);
+}
+
+}  // namespace aberfit

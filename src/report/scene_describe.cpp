@@ -1,0 +1,222 @@
+// Facts about a scene that several kinds of result share.
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/core/constants.h"
+#include "facts.h"
+#include "split_notes.h"
+
+namespace aberfit::internal {
+
+void describe(Facts& facts, const NamedNumbers& numbers) {
+  std::vector<std::pair<std::string, double>> all;
+  for (std::size_t k = 0; k < numbers.names.size() && Eigen::Index(k) < numbers.values.size(); ++k)
+    all.emplace_back(numbers.names[k], numbers.values[Eigen::Index(k)]);
+  facts.numbers(all, "Value of the statistic of that name, in the unit of the name.");
+}
+
+namespace {
+
+struct ShownTarget {
+  Target target;
+};
+
+void describe(Facts& facts, const ShownTarget& shown) {
+  const AskedAs& asked = shown.target.asked;
+  facts("name", asked.name, "Its key in the study; empty: the usual one.");
+  facts("unit", asked.unit, "Its unit in the study; empty: the SI unit.");
+  facts("value", shown.target.value * asked.per_si, "Its value by that name in that unit.");
+}
+
+}  // namespace
+
+void describe(Facts& facts, const Target& target) {
+  facts("value", target.value, "What the statistic should be, in the unit of its name.");
+  facts("standard_error", target.standard_error, "Sampling error of the value; 0 of closed forms.");
+  facts("tolerance", target.tolerance, "How far the fitted surface may be from it.");
+  facts.where(!target.asked.as_it_is(), "asked_as", ShownTarget{target}, "How the study asks for it.");
+}
+
+void describe(Facts& facts, const EquivalenceMetric& metric) {
+  const bool in_light = !std::isnan(metric.tolerance_share), has_spread = metric.spread > 0;
+  facts("name", metric.name, "The statistic.");
+  facts("held_out", metric.held_out, "Whether the fit has not seen it.");
+  facts("target", metric.target, "What it should be.");
+  facts("model", metric.model, "What it is of the fitted surface.");
+  facts("relative_difference", metric.relative_difference, "model/target - 1.");
+  facts("difference", metric.difference,
+        "What is judged: of an encircled-energy radius the fraction less the share of the light inside the "
+        "target's radius, over max(r dE/dr, 0.35); of others as relative_difference.");
+  facts("standard_error", metric.standard_error, "Sampling error of the difference.");
+  facts("degrees_of_freedom", metric.degrees_of_freedom,
+        "Degrees of freedom that the error is known by; null: it is exact.");
+  facts("interval", metric.interval, "Confidence interval of the difference.");
+  facts("margin", metric.margin, "How far from 0 the interval may reach.");
+  facts("verdict", metric.verdict, "equivalent, different or undecided.");
+  facts.where(metric.model_error > 0, "model_error", metric.model_error,
+              "Bound of the error of the model itself, which the interval includes.");
+  facts.where(has_spread, "spread", metric.spread,
+              "Standard deviation of the difference among mirrors of the specification.");
+  facts.where(has_spread, "difference_in_spreads", metric.difference / metric.spread, "The ratio of both.");
+  facts.where(in_light, "share_difference", metric.share_difference,
+              "Share of the light inside the target's radius, less the fraction.");
+  facts.where(in_light, "tolerance_share", metric.tolerance_share, "What that may be.");
+}
+
+static void describe(Facts& facts, const Provenance::Input& input) {
+  facts("file", input.file, "The file.");
+  facts("sha256", input.sha256, "SHA-256 of its content.");
+}
+
+void describe(Facts& facts, const Provenance& provenance) {
+  facts("version", provenance.version, "Version of aberfit.");
+  facts("commit", provenance.commit, "Commit of its source.");
+  facts("inputs", provenance.inputs, "The study and the data files that it names.");
+  facts("seed", provenance.seed, "Seed of all random numbers.");
+  facts("threads", provenance.threads, "Number of threads; results do not depend on it.");
+  facts("libraries", provenance.libraries, "Versions of the libraries and of the compiler.");
+}
+
+static void describe(Facts& facts, const SpecifiedLight::Line& line) {
+  facts("wavelength_m", line.wavelength, "Wavelength of the line.");
+  facts("share", line.share, "Its share of all light.");
+  facts("ee50_diameter_m", line.ee50_diameter, "Diameter that holds half of its light.");
+  facts("ee80_diameter_m", line.ee80_diameter, "Diameter that holds 80 % of its light.");
+}
+
+static void describe(Facts& facts, const SpecifiedLight& light) {
+  std::vector<std::pair<std::string, double>> values;
+  for (const SpecifiedValue& one : light.values) {
+    values.emplace_back(one.key + (one.is_width ? "_m" : ""), one.value);
+    if (one.is_width) values.emplace_back(one.key + "_rad", one.value / light.focal_length);
+  }
+  facts("theory", light.theory, "ghs or geometric.");
+  facts.numbers(values, "A number of the mean light, named as budgets name it; widths also on the sky.");
+  facts.where(!light.lines.empty(), "lines", light.lines, "Light of each wavelength of a band by itself.");
+}
+
+static void describe(Facts& facts, const StatisticSpread& one) {
+  facts("name", one.name, "The statistic.");
+  facts("relative", one.relative, "Standard deviation of its judged difference among mirrors.");
+  facts("tolerances", one.tolerances, "The same in tolerances.");
+}
+
+static void describe(Facts& facts, const MirrorSpread& spread) {
+  const StatisticSpread* worst = spread.worst();
+  facts("worst", worst ? worst->name : "", "The statistic in which mirrors differ most.");
+  facts("statistics", spread.statistics, "One entry for each statistic that there is a law for.");
+}
+
+static void describe(Facts& facts, const ModelErrors& errors) {
+  facts("ray_ee50", errors.ray_ee50, "Relative error of geometric rays in the ee50 radius.");
+  facts("ray_ee90", errors.ray_ee90, "The same in the ee90 radius.");
+}
+
+namespace {
+
+// The prediction of generalised Harvey-Shack.
+struct GhsFacts {
+  ModelRadii radii;
+  double tis = 0;
+};
+
+void describe(Facts& facts, const GhsFacts& ghs) {
+  facts("ee50_radius_m", ghs.radii.ee50, "Radius that holds half of the light.");
+  facts("ee80_radius_m", ghs.radii.ee80, "Radius that holds 80 % of the light.");
+  facts("ee90_radius_m", ghs.radii.ee90, "Radius that holds 90 % of the light.");
+  facts("core_share", 1 - ghs.tis, "Share of the light that is not scattered.");
+}
+
+}  // namespace
+
+void describe(Facts& facts, const SceneFacts& scene) {
+  const SceneNumbers& n = scene.numbers;
+  facts("rms_height_m", n.rms_height, "RMS height of the specification.");
+  facts("rms_slope_per_axis", n.rms_slope_per_axis, "RMS slope along one axis.");
+  facts("correlation_length_m", n.correlation_length, "Correlation length.");
+  facts("n_eff", n.n_eff, "Number of modes that carry the slope.");
+  facts("g", n.g, "4 pi sigma/lambda.");
+  facts("kappa", n.kappa, "How nearly quadratic the structure function is; rays are possible from 0.85 on.");
+  facts("tis", n.tis, "Share of the light that the roughness scatters.");
+  facts("paper_ratio_r", n.paper_ratio_r, "The paper's R = 2 sigma D/(1.22 lambda l_c); it decides nothing.");
+  facts("airy_ee90_m", n.airy_ee90, "Radius that holds 90 % of the light of the perfect mirror.");
+  facts("kappa_rule_allows_rays", n.kappa_rule_allows_rays,
+        "What kappa and the size of the spot say of rays; it does not decide.");
+  facts("theory", scene.theory, "What the targets come from: ghs, geometric, rays, given or map.");
+  facts("model", scene.model, "What turned the surface into statistics: waves or rays.");
+  facts("needed", scene.needed, "The model that the scene needs.");
+  facts("reason", scene.reason.empty() ? n.reason : scene.reason, "Why it needs that model.");
+  facts.where(scene.errors.has_value(), "ghs",
+              GhsFacts{scene.errors ? scene.errors->ghs : ModelRadii(), n.tis},
+              "Prediction of generalised Harvey-Shack.");
+  facts.if_any("model_error", scene.errors, "Error of geometric rays against it.");
+  facts.where(!scene.mean_light.values.empty(), "mean_light", scene.mean_light,
+              "Mean light of the specification as budgets limit it.");
+  facts.where(scene.spread.worst() != nullptr, "spread", scene.spread,
+              "How far single mirrors of the specification differ, one standard deviation.");
+}
+
+void describe(Facts& facts, const SplitPart& part) {
+  facts("rms_height_m", part.height, "RMS height of this part.");
+  facts("rms_slope_per_axis", part.slope, "Its RMS slope along one axis.");
+}
+
+static void describe(Facts& facts, const AbgFit& fit) {
+  const auto of_model = [&](double value) { return fit.describes() ? value : kNaN; };
+  facts("describes", fit.describes(), "Whether the model is within a factor of two everywhere.");
+  facts("a_per_sr", of_model(fit.model.a), "A of the ABg model.");
+  facts("b", of_model(fit.model.b), "Its B.");
+  facts("g", of_model(fit.model.g), "Its exponent g.");
+  facts("theta_min_rad", fit.theta_min, "Smallest angle of the fitted range.");
+  facts("theta_max_rad", fit.theta_max, "Largest angle of the fitted range.");
+  facts("largest_error", fit.largest_error, "Largest relative error in the range.");
+  facts("rms_error", fit.rms_error, "RMS relative error in the range.");
+  facts("abg_tis", of_model(fit.tis), "Share of the light that the model scatters into the hemisphere.");
+}
+
+namespace {
+
+struct MapResidual {
+  double rms_height = kNaN, specified = kNaN;
+};
+
+void describe(Facts& facts, const MapResidual& residual) {
+  facts("rms_height_m", residual.rms_height, "RMS height of what the terms leave of the map.");
+  facts("specified_rms_height_m", residual.specified, "What they would leave of the specification.");
+  facts("meaning", kResidualNote, "How to take it.");
+}
+
+}  // namespace
+
+void describe(Facts& facts, const SplitFacts& split) {
+  const BandShares& shares = split.shares;
+  const bool fitted = split.surface.has_value(), scatters = shares.rest_rms > 0, cut = shares.cut > 0;
+  const EquivalentSurface surface = split.surface.value_or(EquivalentSurface());
+  facts("cut_per_m", shares.cut, "Where terms end and scatter begins; 0: all of the roughness scatters.");
+  facts("automatic", shares.automatic, "Whether the program has chosen it.");
+  facts("specified_terms", SplitPart{shares.low_rms, shares.low_slope}, "The roughness below the cut.");
+  facts.object("scatter", "The roughness above the cut, which no term carries.", [&](Facts& inside) {
+    describe(inside, SplitPart{shares.rest_rms, shares.rest_slope});
+    inside("scatter_rms_rad", shares.rest_scatter, "RMS angle of scatter.");
+    inside("rest_tis", shares.tis, "Share of the light that it scatters.");
+    inside.if_any("abg", split.abg, "ABg models of its scatter function.");
+  });
+  facts("spread_in_tolerances", shares.spread,
+        "Largest standard deviation of judged statistics among such mirrors, in tolerances.");
+  facts("spread_of", shares.spread_of, "The statistic that has it.");
+  facts("rms_height_spread", shares.height_spread, "Relative standard deviation of the RMS height.");
+  facts("rms_slope_spread", shares.slope_spread, "Relative standard deviation of the RMS slope.");
+  facts("reason", shares.reason, "Why the cut is where it is.");
+  facts.where(fitted, "terms", SplitPart{surface.rms_height, surface.rms_slope_per_axis},
+              "The fitted surface.");
+  facts.where(fitted, "sum",
+              SplitPart{std::hypot(surface.rms_height, shares.rest_rms),
+                        std::hypot(surface.rms_slope_per_axis, shares.rest_slope)},
+              "Terms and scatter together.");
+  facts.where(fitted && std::isfinite(shares.map_residual), "map_residual",
+              MapResidual{shares.map_residual, shares.specified_residual}, "Of a measured part.");
+  facts.where(fitted && scatters, "use", cut ? kUse : kUseWithoutTerms, "How to use terms and scatter.");
+  facts.where(fitted && scatters && cut, "beware", kBeware, "How not to use them.");
+}
+
+}  // namespace aberfit::internal

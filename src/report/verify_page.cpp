@@ -1,0 +1,155 @@
+// What people read of a verification, and its facts.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/core/text.h"
+#include "aberfit/report/documents.h"
+#include "facts.h"
+#include "paragraph.h"
+#include "verdict_words.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+std::string convention_word(Convention convention) {
+  return convention == Convention::kPaper ? "paper" : "physical";
+}
+
+// The worst statistic of a comparison that is not equivalent: nearest to its margin or beyond it.
+std::string worst(const std::vector<EquivalenceMetric>& metrics) {
+  const EquivalenceMetric* found = nullptr;
+  const auto reach = [](const EquivalenceMetric& m) {
+    return std::max(std::abs(m.interval[0]), std::abs(m.interval[1]));
+  };
+  for (const EquivalenceMetric& m : metrics)
+    if (m.verdict != Verdict::kEquivalent && (!found || reach(m) > reach(*found))) found = &m;
+  return found ? fmt::format(" ({} {:+.2f} %)", name_without_unit(found->name), 100 * found->difference) : "";
+}
+
+std::string light_word(const VerifyReport& report) {
+  return report.light_obstacle.empty() ? upper_case(to_string(report.light_verdict)) + worst(report.light)
+                                       : "not computed";
+}
+
+// Verdict of the theory that decides, and what the other says.
+std::string headline(const VerifyReport& report) {
+  const std::string rays = upper_case(to_string(report.rays_verdict)) + worst(report.metrics);
+  const std::string first =
+      report.rays_decide ? rays + " in geometric rays" : light_word(report) + " in light";
+  const std::string second =
+      report.rays_decide ? "in light " + light_word(report) : "in geometric rays " + rays;
+  return fmt::format("{}; {}", first, second);
+}
+
+std::string judged_text(const VerifyReport& report) {
+  const double level = 100 * report.margin;
+  return report.draws > 0
+             ? fmt::format("the mean light of {} drawn surfaces, at a margin of {:.3g} %, convention {}",
+                           report.draws, level, convention_word(report.convention))
+             : fmt::format("the given surface by {} rays, at a margin of {:.3g} %, convention {}",
+                           report.rays, level, convention_word(report.convention));
+}
+
+Page::Table metric_table(const std::string& title, const char* target, const char* model,
+                         const std::vector<EquivalenceMetric>& metrics, const std::vector<double>* theory) {
+  Page::Table table{title, {"statistic", target, model, "diff. [%]", "interval [%]", "verdict"}, "lrrrrl"};
+  if (theory) table.heads.insert(table.heads.begin() + 1, "theory"), table.align.insert(1, "r");
+  for (std::size_t k = 0; k < metrics.size(); ++k) {
+    const EquivalenceMetric& m = metrics[k];
+    const Dimension dimension = dimension_of_name(m.name);
+    std::vector<std::string> cells = {name_without_unit(m.name)};
+    if (theory) cells.push_back(four_digits(theory->at(k), dimension));
+    for (const double value : {m.target, m.model}) cells.push_back(four_digits(value, dimension));
+    cells.push_back(fmt::format("{:+.2f}", 100 * m.difference));
+    cells.push_back(fmt::format("{:+.2f} .. {:+.2f}", 100 * m.interval[0], 100 * m.interval[1]));
+    cells.push_back(verdict_word(m.verdict));
+    table.add(std::move(cells), m.verdict == Verdict::kEquivalent ? Page::Tone::kPlain : tone_of(m.verdict));
+  }
+  return table;
+}
+
+// A comparison of two branches; the names of the branches are those of its keys.
+struct Branches {
+  EquivalenceMetric metric;
+  bool in_light = false;
+  double theory = kNaN;
+};
+
+void describe(Facts& facts, const Branches& of) {
+  const EquivalenceMetric& m = of.metric;
+  facts.where(!of.in_light, "theory", of.theory, "Geometric Harvey-Shack in closed form.");
+  facts.where(!of.in_light, "harvey_shack", m.target, "Rays that the roughness perturbs.");
+  facts.where(!of.in_light, "aberration_terms", m.model, "Rays traced from the term surfaces.");
+  facts.where(of.in_light, "ghs", m.target, "Generalised Harvey-Shack.");
+  facts.where(of.in_light, "waves", m.model, "Diffraction of the term surfaces.");
+  facts("relative_difference", m.difference, "What is judged: the second less the first, relative.");
+  facts("standard_error", m.standard_error, "Its sampling error.");
+  facts("interval", m.interval, "Its confidence interval.");
+  facts("verdict", m.verdict, "equivalent, different or undecided.");
+}
+
+std::vector<std::string> metric_names(const std::vector<EquivalenceMetric>& metrics) {
+  std::vector<std::string> names;
+  for (const EquivalenceMetric& metric : metrics) names.push_back(metric.name);
+  return names;
+}
+
+}  // namespace
+
+void internal::describe(Facts& facts, const VerifyReport& report) {
+  std::vector<Branches> rays, waves;
+  for (std::size_t k = 0; k < report.metrics.size(); ++k)
+    rays.push_back({report.metrics[k], false, report.theory.at(k)});
+  for (const EquivalenceMetric& metric : report.light) waves.push_back({metric, true});
+  facts("convention", convention_word(report.convention),
+        "physical: a ray turns by twice the slope; paper: by it.");
+  facts("verdict", report.verdict, "That of the theory that decides.");
+  facts("decided_by", report.rays_decide ? "rays" : "light", "Which theory that is.");
+  facts("draws", report.draws, "Realisations behind each mean; 0: a given surface.");
+  facts("margin", report.margin, "How far from 0 intervals may reach.");
+  facts("scene", report.scene, "The specification, and the models that it needs.");
+  facts.keyed("statistics", metric_names(report.metrics), rays, "By rays, by the name of the statistic.");
+  facts.object("light", "The same in light.", [&](Facts& light) {
+    light("verdict", report.light_verdict, "Its verdict.");
+    light("draws", report.light_draws, "Realisations behind each mean.");
+    light.where(!report.light_obstacle.empty(), "obstacle", report.light_obstacle, "Why there is none.");
+    light.keyed("statistics", metric_names(report.light), waves, "By the name of the statistic.");
+  });
+  facts("warnings", report.warnings, "What a reader has to know.");
+}
+
+Page page_of(const VerifyReport& report) {
+  Page page;
+  page.headline = headline(report);
+  page.tone = tone_of(report.verdict);
+  page.title = report.title;
+  page.answers = {
+      {"How certain", fmt::format("Intervals hold the sampling error of {} realisations, as groups of them "
+                                  "tell it.",
+                                  report.draws)},
+      {"What it rests on",
+       "Realisations of a stationary, isotropic, Gaussian roughness with the PSD given, "
+       "by geometric rays and by diffraction, against Harvey-Shack theory."},
+      {"What would change it",
+       "More realisations (`verify.draws`) narrow the intervals; "
+       "`equivalence.margin` says what is allowed."}};
+  page.say("Judged", judged_text(report));
+  page.parts.push_back(metric_table("By rays: Harvey-Shack (perturbed rays) and aberration terms (traced)",
+                                    "Harvey-Shack", "terms", report.metrics, &report.theory));
+  if (!report.light.empty())
+    page.parts.push_back(metric_table(
+        fmt::format("In light: generalised Harvey-Shack{} and the diffraction of the terms{}; EE differs by "
+                    "shares",
+                    report.convention == Convention::kPaper ? " of half the heights" : "",
+                    report.light_draws > 0 ? fmt::format(", {} draws", report.light_draws) : ""),
+        "GHS", "waves", report.light, nullptr));
+  page.warnings = report.warnings;
+  return page;
+}
+
+}  // namespace aberfit
