@@ -13,8 +13,7 @@ cmake --build build/release --target aberfit_program
 name=$(basename "$(dirname "$study")")
 status=0
 build/release/aberfit fit "$study" -o "out/$name/fit" || status=$?
-if compgen -G "out/$name/fit/plots/*.svg" >/dev/null; then
-  echo; echo "Pictures:"
-  printf '  %s\n' "out/$name"/fit/plots/*.{png,svg}
+if [ -f "out/$name/fit/report.html" ]; then
+  echo; echo "The report, to be opened in a browser: out/$name/fit/report.html"
 fi
 exit $status

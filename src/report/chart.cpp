@@ -6,19 +6,12 @@
 #include <iterator>
 
 #include "aberfit/core/units.h"
+#include "csv_field.h"
 
 namespace aberfit {
-namespace {
+using namespace internal;
 
-std::string csv_text(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c == '\n' ? ' ' : c;
-  }
-  return quoted + "\"";
-}
+namespace {
 
 std::string csv_number(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : ""; }
 
@@ -33,13 +26,13 @@ std::string chart_csv(const Chart& chart) {
     for (const ChartRow& row : family.rows)
       fmt::format_to(std::back_inserter(text),
                      "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:d},{:d},{:d},{},{},{}\n",
-                     csv_text(row.family), csv_text(row.method), csv_text(row.parameter),
-                     csv_number(row.value), csv_text(row.unit), row.rays, row.terms, row.statistics,
+                     csv_field(row.family), csv_field(row.method), csv_field(row.parameter),
+                     csv_number(row.value), csv_field(row.unit), row.rays, row.terms, row.statistics,
                      csv_number(row.error), csv_number(row.error_rms), csv_number(row.error_of_reference),
-                     csv_number(family.tolerance), csv_text(row.reference), csv_number(row.seconds),
+                     csv_number(family.tolerance), csv_field(row.reference), csv_number(row.seconds),
                      csv_number(row.seconds_low), csv_number(row.seconds_high), row.repeats, row.on_frontier,
-                     row.is_default, row.is_cheapest_within_tolerance, csv_text(family.error_of),
-                     csv_text(family.timed), csv_text(row.note));
+                     row.is_default, row.is_cheapest_within_tolerance, csv_field(family.error_of),
+                     csv_field(family.timed), csv_field(row.note));
   return text;
 }
 

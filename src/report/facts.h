@@ -73,23 +73,6 @@ class Facts {
     else
       members_[key] = inside.done();
   }
-  /// An array with one object for each item, whose members `body(facts, item)` names.
-  template <typename Items, typename Body>
-  void list(const char* key, const Items& items, const char* meaning, const Body& body) {
-    using Item = std::remove_cvref_t<decltype(*std::begin(items))>;
-    Json all = Json::array();
-    const auto add = [&](const Item& item) {
-      Facts inside(view());
-      body(inside, item);
-      all.push_back(inside.done());
-    };
-    if (schema_) {
-      add(Item());
-      return put_schema(key, {{"type", "array"}, {"items", all[0]}}, meaning, true);
-    }
-    for (const Item& item : items) add(item);
-    members_[key] = std::move(all);
-  }
   /// An object whose keys are data: names[k] has items[k].
   template <typename Items>
   void keyed(const char* key, const std::vector<std::string>& names, const Items& items,

@@ -230,7 +230,12 @@ void add_headline(Page* page, const ResultDocument& result, const ShownStatistic
                              ? use_of(result)
                              : "Worst: " + worst_words(decided_by(result), shown) + ". " +
                                    what_would_help(result));
-  if (result.character && !result.character->fault().empty()) page->tone = Page::Tone::kOpen;
+  // An answer with a reservation is not shown in the colour of one without.
+  const bool other_character = result.character && !result.character->fault().empty();
+  const bool light_differs = result.light && !result.light->decides && !result.light->metrics.empty() &&
+                             result.light->verdict != Verdict::kEquivalent;
+  if (result.verdict == Verdict::kEquivalent && (other_character || light_differs))
+    page->tone = Page::Tone::kOpen;
 }
 
 void add_map(Page* page, const ResultDocument& result) {

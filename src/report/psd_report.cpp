@@ -6,6 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "csv_field.h"
 #include "paragraph.h"
 
 namespace aberfit {
@@ -14,14 +15,6 @@ using namespace internal;
 namespace {
 
 bool of_profiles(const PsdReport& report) { return report.estimate.kind == PsdTableKind::k1dOneSided; }
-
-// As RFC 4180 has it: in quotes where it holds a comma, a quote or the end of a line.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == text.npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + '"';
-}
 
 }  // namespace
 

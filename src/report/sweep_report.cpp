@@ -12,6 +12,7 @@
 #include "aberfit/core/units.h"
 #include "aberfit/focus/statistic.h"
 #include "aberfit/report/documents.h"
+#include "csv_field.h"
 #include "short_labels.h"
 
 namespace aberfit {
@@ -20,17 +21,6 @@ using namespace internal;
 namespace {
 
 constexpr std::size_t kMostToldFailures = 5;
-
-// RFC 4180.
-std::string csv_cell(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
 
 std::string csv_value(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
 
@@ -110,24 +100,24 @@ std::vector<SweepQuantiles> sweep_quantiles(const SweepReport& report, std::size
 
 std::string cases_csv(const SweepReport& report) {
   std::string text = "index,id";
-  for (const SweepAxis& axis : report.axes) text += "," + csv_cell(axis.pointer);
+  for (const SweepAxis& axis : report.axes) text += "," + csv_field(axis.pointer);
   text += ",status,verdict";
-  for (const std::string& name : report.statistics) text += "," + csv_cell(name);
+  for (const std::string& name : report.statistics) text += "," + csv_field(name);
   text += ",warnings,seconds,error\n";
   for (const SweepRow& row : report.rows) {
     fmt::format_to(std::back_inserter(text), "{},{}", row.index, row.id);
-    for (const std::string& value : row.typed) text += "," + csv_cell(value);
+    for (const std::string& value : row.typed) text += "," + csv_field(value);
     text += std::string(",") + (row.failed ? "failed" : "done") + "," + row.verdict;
     for (const double value : row.values) text += "," + csv_value(value);
     fmt::format_to(std::back_inserter(text), ",{},{:.3g},{}\n", joined(row.warnings), row.seconds,
-                   csv_cell(row.error));
+                   csv_field(row.error));
   }
   return text;
 }
 
 std::string quantiles_csv(const SweepReport& report) {
   std::string text;
-  for (std::size_t k = 0; k < place_axes(report); ++k) text += csv_cell(report.axes[k].pointer) + ",";
+  for (std::size_t k = 0; k < place_axes(report); ++k) text += csv_field(report.axes[k].pointer) + ",";
   text += "statistic,count,mean,standard_deviation,smallest,q05,q25,q50,q75,q95,largest\n";
   std::vector<std::vector<SweepQuantiles>> all;
   for (std::size_t s = 0; s < report.statistics.size(); ++s) all.push_back(sweep_quantiles(report, s));
@@ -135,8 +125,8 @@ std::string quantiles_csv(const SweepReport& report) {
     for (std::size_t s = 0; s < report.statistics.size(); ++s) {
       const SweepQuantiles& q = all[s][place];
       for (std::size_t k = 0; k < place_axes(report); ++k)
-        text += csv_cell(report.rows[q.row].typed[k]) + ",";
-      fmt::format_to(std::back_inserter(text), "{},{}", csv_cell(report.statistics[s]), q.count);
+        text += csv_field(report.rows[q.row].typed[k]) + ",";
+      fmt::format_to(std::back_inserter(text), "{},{}", csv_field(report.statistics[s]), q.count);
       for (const double value :
            {q.mean, q.standard_deviation, q.smallest, q.q05, q.q25, q.q50, q.q75, q.q95, q.largest})
         text += "," + csv_value(value);

@@ -67,6 +67,7 @@ TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
                    tost("ee50_radius_m", false, 40e-6, 0, 40.1e-6, 0, 0.01, 0.95)};
   result.light = light;
   const std::string beside = text_of(page_of(result, false));
+  EXPECT_EQ(page_of(result, false).tone == Page::Tone::kGood, false) << "light says otherwise";
   EXPECT_TRUE(
       beside.starts_with("EQUIVALENT in geometric rays; in light DIFFERENT (ee35_radius -4 %) - all 1 "
                          "statistic"))
