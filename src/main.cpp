@@ -44,10 +44,8 @@ void require_known_command(const CLI::App& app, int argc, char** argv) {
 
 // As a shell takes it.
 std::string in_shell(const std::string& text) {
-  if (!text.empty() && text.find_first_of(" \t\n\"'\\$`*?[]{}()<>|&;!#~") == text.npos) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  return quoted + "'";
+  const bool plain = !text.empty() && text.find_first_of(" \t\n\"'\\$`*?[]{}()<>|&;!#~") == text.npos;
+  return plain ? text : aberfit::internal::shell_text(text);
 }
 
 // The options that a misspelt one may be meant as, for what CLI11 only calls unexpected.

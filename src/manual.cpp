@@ -136,13 +136,6 @@ std::string roff_footer(const CLI::App& app) {
   return text + (verbatim ? ".fi\n.RE\n" : "");
 }
 
-// In single quotes of a shell.
-std::string shell_text(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) result += c == '\'' ? "'\\''" : std::string(1, c);
-  return result + "'";
-}
-
 std::vector<std::string> names_in(const CLI::App& app) {
   std::vector<std::string> names;
   for (const Shown& one : options_of(app))
@@ -151,6 +144,12 @@ std::vector<std::string> names_in(const CLI::App& app) {
 }
 
 }  // namespace
+
+std::string shell_text(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? "'\\''" : std::string(1, c);
+  return result + "'";
+}
 
 std::string help_text(const CLI::App& app, int width) {
   std::string text =

@@ -11,6 +11,9 @@ std::string man_page(const CLI::App& app);
 std::string bash_completion(const CLI::App& app);
 std::string fish_completion(const CLI::App& app);
 
+/// Text in single quotes of a shell.
+std::string shell_text(const std::string& text);
+
 /// Makes CLI11 print help_text.
 class HelpFormatter : public CLI::FormatterBase {
  public:

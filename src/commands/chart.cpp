@@ -47,7 +47,9 @@ ExitCode chart_command(CommandLine line) {
   const RunOptions options = run_options(line, &progress);
   const Chart chart = run_chart(study, options);
   progress.clear();
-  print(line, to_json(chart, resolved_study(study), provenance_of(study, options)), page_of(chart));
+  print(
+      line, [&] { return to_json(chart, resolved_study(study), provenance_of(study, options)); },
+      page_of(chart));
   say_where(line);
   return ExitCode::kDone;
 }

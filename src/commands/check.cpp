@@ -84,7 +84,9 @@ ExitCode check_command(CommandLine line) {
   options.output_directory = line.output_directory;
   const auto show = [&](const auto& report) {
     progress.clear();
-    print(line, to_json(report, resolved_study(study), provenance_of(study, options)), page_of(report));
+    print(
+        line, [&] { return to_json(report, resolved_study(study), provenance_of(study, options)); },
+        page_of(report));
     if (wanted_arrays(study, options) != ArrayFormat::kNone) say_where(line);
   };
   if (study.map)

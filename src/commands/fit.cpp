@@ -114,8 +114,8 @@ ExitCode fit_command(CommandLine line) {
   options.stopped_by = [&] { return interrupt.asked() ? "a signal" : limit.text(); };
   const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
   progress.clear();
-  print(line, line.json ? to_json(result, resolved(study, result)) : nlohmann::ordered_json(),
-        page_of(result, false));
+  print(
+      line, [&] { return to_json(result, resolved(study, result)); }, page_of(result, false));
   if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
   say_where(line);
   if (result.interrupted) return ExitCode::kInterrupted;

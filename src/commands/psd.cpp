@@ -134,7 +134,8 @@ ExitCode psd_command(CommandLine line) {
   const MeasuredPsd measured = measured_by(line, &title);
   const PsdReport report = run_psd(measured, title, options);
   progress.clear();
-  print(line, psd_json(report, measured), page_of(report, roughness_block(measured)));
+  print(
+      line, [&] { return psd_json(report, measured); }, page_of(report, roughness_block(measured)));
   say_where(line);
   return measured.result.status == PsdFitStatus::kConverged ? ExitCode::kDone : ExitCode::kNotMet;
 }

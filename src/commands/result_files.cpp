@@ -21,8 +21,19 @@ void collect_files(const nlohmann::ordered_json& node, std::vector<std::string>*
   for (const auto& [key, value] : node.items())
     if (value.is_structured())
       collect_files(value, files);
-    else if ((key == "file" || key == "mask") && value.is_string())
+    else if (names_file(key) && value.is_string())
       files->push_back(value.get<std::string>());
+}
+
+// files: relative to `folder`; those that cannot be read are left out.
+Provenance provenance_of_files(std::uint64_t seed, const RunOptions& options,
+                               const std::vector<std::string>& files, const std::filesystem::path& folder) {
+  Provenance provenance = make_provenance(seed, context_of(options).threads);
+  provenance.libraries["ceres"] = solver_version();
+  for (const std::string& file : files)
+    if (const auto bytes = file_bytes((folder / file).string()))
+      provenance.inputs.push_back({file, content_hash(*bytes)});
+  return provenance;
 }
 
 }  // namespace
@@ -32,28 +43,19 @@ nlohmann::ordered_json typed_study(const Study& study) {
 }
 
 Provenance provenance_of(const Study& study, const RunOptions& options) {
-  Provenance provenance =
-      make_provenance(study.map ? study.map->fit.seed : study.fit.seed, context_of(options).threads);
-  provenance.libraries["ceres"] = solver_version();
   std::vector<std::string> files;
   collect_files(typed_study(study), &files);
-  const auto add = [&](const std::string& file, const std::filesystem::path& path) {
-    if (const auto bytes = file_bytes(path.string()))
-      provenance.inputs.push_back({file, content_hash(*bytes)});
-  };
-  add(study.path, study.path);
-  for (const std::string& file : files) add(file, std::filesystem::path(study.path).parent_path() / file);
+  Provenance provenance = provenance_of_files(study.map ? study.map->fit.seed : study.fit.seed, options,
+                                              files, std::filesystem::path(study.path).parent_path());
+  if (const auto bytes = file_bytes(study.path))
+    provenance.inputs.insert(provenance.inputs.begin(), {study.path, content_hash(*bytes)});
   return provenance;
 }
 
 Provenance provenance_of(const MeasuredPsd& measured, const RunOptions& options) {
-  Provenance provenance = make_provenance(0, context_of(options).threads);
-  provenance.libraries["ceres"] = solver_version();
   std::vector<std::string> files = {measured.source.file};
   for (const MeasuredFile& file : measured.further) files.push_back(file.file);
-  for (const std::string& file : files)
-    if (const auto bytes = file_bytes(file)) provenance.inputs.push_back({file, content_hash(*bytes)});
-  return provenance;
+  return provenance_of_files(0, options, files, "");
 }
 
 void write_result(const std::string& folder, const RunOptions& options, const WrittenResult& result) {

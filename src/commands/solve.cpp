@@ -179,7 +179,8 @@ ExitCode solve_command(CommandLine line) {
   const RunOptions options = run_options(line, &progress);
   const auto show = [&](const auto& answer, bool found) {
     progress.clear();
-    print(line, answer_json(answer, study, options), page_of(answer));
+    print(
+        line, [&] { return answer_json(answer, study, options); }, page_of(answer));
     say_where(line);
     return found ? ExitCode::kDone : ExitCode::kNotMet;
   };

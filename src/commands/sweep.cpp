@@ -204,8 +204,8 @@ ExitCode sweep_command(CommandLine line) {
       run_sweep(cases, options, {line.shard, line.gather_only, line.retry_failed});
   progress.clear();
   if (!report) return ExitCode::kDone;
-  print(line, line.json ? sweep_json(*report, cases.study(), options) : nlohmann::ordered_json(),
-        page_of(*report));
+  print(
+      line, [&] { return sweep_json(*report, cases.study(), options); }, page_of(*report));
   say_where(line);
   if (ended && !report->is_complete()) return ExitCode::kInterrupted;
   return report->failed() > 0 ? ExitCode::kNotMet : ExitCode::kDone;

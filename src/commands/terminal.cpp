@@ -59,10 +59,10 @@ RunOptions run_options(const CommandLine& line, ProgressLine* progress) {
   return options;
 }
 
-void print(const CommandLine& line, const nlohmann::ordered_json& json, const Page& page) {
+void print(const CommandLine& line, const std::function<nlohmann::ordered_json()>& json, const Page& page) {
   TextStyle style;
   if (isatty(STDOUT_FILENO) == 1) style = {std::size_t(text_width()), takes_colour(stdout)};
-  std::string text = line.json ? json.dump(2) : text_of(page, style);
+  std::string text = line.json ? json().dump(2) : text_of(page, style);
   if (!text.empty() && text.back() != '\n') text += '\n';
   // Flushed before anything goes to standard error, which may be the same file; a full disk is no success.
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)

@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -32,8 +33,9 @@ class ProgressLine {
 /// The options of the command line, with progress on `progress`, which must outlive them.
 RunOptions run_options(const CommandLine& line, ProgressLine* progress);
 
-/// Prints the JSON where the command line asks for it, else the page.
-void print(const CommandLine& line, const nlohmann::ordered_json& json, const Page& page);
+/// Prints the JSON where the command line asks for it, else the page. The JSON is made only then: its
+/// provenance reads every input file.
+void print(const CommandLine& line, const std::function<nlohmann::ordered_json()>& json, const Page& page);
 
 /// Says in which folder the results are, unless to be quiet.
 void say_where(const CommandLine& line);

@@ -50,7 +50,9 @@ ExitCode trace_command(CommandLine line) {
   options.output_directory = line.output_directory;
   const TraceReport report = run_trace(study, options);
   progress.clear();
-  print(line, to_json(report, resolved_study(study), provenance_of(study, options)), page_of(report));
+  print(
+      line, [&] { return to_json(report, resolved_study(study), provenance_of(study, options)); },
+      page_of(report));
   if (wanted_arrays(study, options) != ArrayFormat::kNone) say_where(line);
   return ExitCode::kDone;
 }

@@ -52,7 +52,9 @@ ExitCode verify_command(CommandLine line) {
   const RunOptions options = run_options(line, &progress);
   const VerifyReport report = run_verify(study, options);
   progress.clear();
-  print(line, to_json(report, resolved_study(study), provenance_of(study, options)), page_of(report));
+  print(
+      line, [&] { return to_json(report, resolved_study(study), provenance_of(study, options)); },
+      page_of(report));
   say_where(line);
   return report.verdict == Verdict::kEquivalent ? ExitCode::kDone : ExitCode::kNotMet;
 }

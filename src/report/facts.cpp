@@ -47,10 +47,9 @@ std::optional<ClearRegion> used_part(const ClearRegion& clear) {
   return whole ? std::nullopt : std::optional(clear);
 }
 
-void describe_head(Facts& facts, const std::string& kind, const Json& study) {
+void describe_head(Facts& facts, const std::string& kind) {
   facts("aberfit", 1, "Version of the format.");
   facts.word("kind", kind, "The kind of result.");
-  facts("study", study, "The study with every default filled in, itself a valid study.");
 }
 
 }  // namespace aberfit::internal

@@ -166,14 +166,15 @@ class Facts {
 /// pure number or a text.
 std::string unit_of_key(const std::string& key);
 
-/// The head of a document: `study` is the resolved study.
-void describe_head(Facts& facts, const std::string& kind, const Json& study);
+/// What every document begins with.
+void describe_head(Facts& facts, const std::string& kind);
 
 /// A whole document: head, the facts of `part`, and what made it where that is not in the part.
 template <typename Part>
 void describe_document(Facts& facts, const std::string& kind, const Json& study, const std::string& headline,
                        const Part& part, const std::optional<Provenance>& provenance) {
-  describe_head(facts, kind, study);
+  describe_head(facts, kind);
+  facts("study", study, "The study with every default filled in, itself a valid study.");
   facts.where(!headline.empty(), "headline", headline, "The answer in a sentence.");
   describe(facts, part);
   facts.if_any("provenance", provenance, "What made this result.");

@@ -45,7 +45,10 @@ Filling mustache_of(const Json& json) {
 
 std::string rendered(const std::string& name, const Json& context) {
   Filling filling = mustache_of(context);
-  filling.set("part", kainjow::mustache::partial([] { return embedded_text("part.html"); }));
+  filling.set("style", embedded_text("report.css"));
+  for (const char* part : {"head", "part"})
+    filling.set(part,
+                kainjow::mustache::partial([part] { return embedded_text(part + std::string(".html")); }));
   return kainjow::mustache::mustache(embedded_text(name)).render(filling);
 }
 
@@ -222,10 +225,6 @@ Json named(const std::vector<NamedPurpose>& all, const char* name, const char* p
   return list;
 }
 
-}  // namespace
-
-namespace {
-
 // Values of one key in several results, in their order; "-" where a result has none.
 struct Compared {
   std::string unit, meaning;
@@ -280,8 +279,7 @@ std::string html_of(const std::vector<ComparedResult>& results) {
     numbers.push_back(numbers_of(one.document));
   }
   const Json differing_asked = differing(asked);
-  const Json context = {{"style", embedded_text("report.css")},
-                        {"heading", fmt::format("{} results side by side", results.size())},
+  const Json context = {{"heading", fmt::format("{} results side by side", results.size())},
                         {"results", listed},
                         {"names", names},
                         {"has_asked", !differing_asked.empty()},

@@ -202,8 +202,7 @@ void describe(Facts& facts, const PsdFacts& of) {
   std::vector<DifferenceFacts> differences;
   for (const HeightDifferences& d : report.differences)
     differences.push_back({d, model_height_differences(report.fit, report.estimate.kind, d.separation)});
-  facts("aberfit", 1, "Version of the format.");
-  facts.word("kind", "psd", "The kind of result.");
+  describe_head(facts, "psd");
   facts("request", of.request, "Every option, as a `psd` block of model `measured`.");
   facts("measurements", measurements, "The files.");
   facts.object("estimate", "The PSD as estimated.",

@@ -154,6 +154,8 @@ nlohmann::ordered_json resolved_study(const Study& study, const ChosenByFit& cho
   return resolved_study(explicit_study);
 }
 
+bool names_file(const std::string& key) { return key == "file" || key == "mask"; }
+
 nlohmann::ordered_json study_schema() {
   Study study;
   nlohmann::ordered_json definitions = nlohmann::ordered_json::object();

@@ -21,8 +21,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-bool names_file(const std::string& key) { return key == "file" || key == "mask"; }
-
 // Whether this value, put at `pointer`, may name a file.
 bool may_name_file(const std::string& pointer, const std::string& value) {
   return names_file(pointer.substr(pointer.rfind('/') + 1)) || value.find("\"file\"") != std::string::npos ||

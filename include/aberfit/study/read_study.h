@@ -38,6 +38,9 @@ nlohmann::ordered_json resolved_study(const Study& study);
 /// The same with the terms and rays that a fit has chosen where the study leaves them to it.
 nlohmann::ordered_json resolved_study(const Study& study, const ChosenByFit& chosen);
 
+/// Whether a key of a study names a data file, wherever it stands.
+bool names_file(const std::string& key);
+
 /// JSON Schema (draft 2020-12) of the study format, made from the same description that reads it.
 nlohmann::ordered_json study_schema();
 
