@@ -300,8 +300,7 @@ std::string html_of(const HtmlReport& report) {
   Json warnings = Json::array();
   for (const Warning& warning : page.warnings)
     warnings.push_back({{"code", warning.code}, {"message", warning.message}});
-  Json context = {{"style", embedded_text("report.css")},
-                  {"heading", page.title.empty() ? "aberfit " + kind : page.title},
+  Json context = {{"heading", page.title.empty() ? "aberfit " + kind : page.title},
                   {"made", fmt::format("Result of aberfit {}, version {}", kind, from.value("version", ""))},
                   {"description", report.asked.value("description", "")},
                   {"headline", page.headline},
