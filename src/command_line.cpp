@@ -8,9 +8,8 @@
 #include <array>
 #include <utility>
 
+#include "aberfit/core/output_formats.h"
 #include "aberfit/measured/read_measurement.h"
-#include "aberfit/report/array_format.h"
-#include "aberfit/report/picture_format.h"
 
 namespace aberfit::internal {
 namespace {

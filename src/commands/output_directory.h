@@ -4,6 +4,7 @@
 
 #include "aberfit/commands/program.h"
 #include "aberfit/commands/run_options.h"
+#include "aberfit/report/drawn_picture.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/study.h"
 

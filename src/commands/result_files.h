@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "aberfit/commands/run_options.h"
+#include "aberfit/report/drawn_picture.h"
 #include "aberfit/report/page.h"
-#include "aberfit/report/picture_format.h"
 #include "aberfit/report/result.h"
 #include "aberfit/study/study.h"
 

@@ -56,11 +56,6 @@ LightArrays of_light(const FocalLight& light, const FocusArrays& axes) {
 
 }  // namespace
 
-const std::vector<std::string>& array_format_names() {
-  static const std::vector<std::string> names = {"none", "npz", "csv", "fits"};
-  return names;
-}
-
 FocusArrays make_focus_arrays(const ArrayInput& input) {
   const FocalLight& reference = input.theory ? *input.theory : *input.surface;
   FocusArrays arrays;

@@ -134,12 +134,6 @@ HeightMap sample_heights(const ExportInput& input) {
 
 }  // namespace
 
-const std::vector<std::string>& export_names() {
-  static const std::vector<std::string> names = {"zemax-grid-sag", "zernike-noll", "codev-int",
-                                                 "codev-zfr",      "fits-opd",     "csv"};
-  return names;
-}
-
 GridSag sample_surface(const ExportInput& input) {
   check(input);
   GridSag sag;

@@ -15,15 +15,6 @@
 #include "aberfit/report/result.h"
 #include "gnuplot.h"
 
-namespace aberfit {
-
-const std::vector<std::string>& picture_format_names() {
-  static const std::vector<std::string> names = {"auto", "png", "svg", "pdf", "none"};
-  return names;
-}
-
-}  // namespace aberfit
-
 namespace aberfit::internal {
 namespace {
 

@@ -9,7 +9,7 @@
 #include "aberfit/core/warning.h"
 #include "aberfit/measured/clear_aperture.h"
 #include "aberfit/measured/height_map.h"
-#include "aberfit/report/picture_format.h"
+#include "aberfit/report/drawn_picture.h"
 
 namespace aberfit::internal {
 

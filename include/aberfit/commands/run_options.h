@@ -3,8 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "aberfit/report/array_format.h"
-#include "aberfit/report/picture_format.h"
+#include "aberfit/core/output_formats.h"
 
 namespace aberfit {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "aberfit/report/array_format.h"
+#include "aberfit/core/output_formats.h"
 #include "aberfit/report/focal_light.h"
 #include "aberfit/scene/aperture.h"
 

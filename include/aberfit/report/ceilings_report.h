@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "aberfit/report/picture_format.h"
+#include "aberfit/report/drawn_picture.h"
 #include "aberfit/report/result.h"
 #include "aberfit/specify/ceilings.h"
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "aberfit/chart/chart.h"
-#include "aberfit/report/picture_format.h"
+#include "aberfit/report/drawn_picture.h"
 #include "aberfit/report/result.h"
 
 namespace aberfit {

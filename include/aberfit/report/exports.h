@@ -4,23 +4,12 @@
 #include <utility>
 #include <vector>
 
+#include "aberfit/core/output_formats.h"
 #include "aberfit/measured/write_map.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/terms/term_set.h"
 
 namespace aberfit {
-
-enum class ExportFormat {
-  kZemaxGridSag,  ///< grid_sag.DAT
-  kZernikeNoll,   ///< zernike_standard.txt: Zemax Zernike Standard listing
-  kCodeVInt,      ///< surface.int
-  kCodeVZfr,      ///< zernike_fringe.int
-  kFitsOpd,       ///< opd.fits, for POPPY
-  kCsv,           ///< surface.csv: x, y, h
-};
-/// "zemax-grid-sag", "zernike-noll", "codev-int", "codev-zfr", "fits-opd", "csv", in the order of the
-/// enumeration.
-const std::vector<std::string>& export_names();
 
 /// A term surface to be carried into another program: the terms alone, to be added to the nominal mirror
 /// (conic, even powers and known Zernikes), which the other program is to have as a surface of its own.

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "aberfit/report/drawn_picture.h"
 #include "aberfit/report/page.h"
-#include "aberfit/report/picture_format.h"
 
 namespace aberfit {
 

@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
+#include "aberfit/report/drawn_picture.h"
 #include "aberfit/report/focal_light.h"
-#include "aberfit/report/picture_format.h"
 #include "aberfit/report/result.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/terms/surface_operator.h"

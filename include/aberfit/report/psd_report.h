@@ -5,7 +5,7 @@
 
 #include "aberfit/core/warning.h"
 #include "aberfit/measured/clear_aperture.h"
-#include "aberfit/report/picture_format.h"
+#include "aberfit/report/drawn_picture.h"
 #include "aberfit/report/result.h"
 #include "aberfit/spectrum/height_differences.h"
 #include "aberfit/spectrum/psd_estimate.h"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "aberfit/core/warning.h"
-#include "aberfit/report/picture_format.h"
+#include "aberfit/report/drawn_picture.h"
 #include "aberfit/report/result.h"
 
 namespace aberfit {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "aberfit/method/verify.h"
-#include "aberfit/report/picture_format.h"
+#include "aberfit/report/drawn_picture.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/scene/mirror.h"
 

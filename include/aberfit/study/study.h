@@ -5,13 +5,11 @@
 #include <variant>
 #include <vector>
 
+#include "aberfit/core/output_formats.h"
 #include "aberfit/fit/map_fit.h"
 #include "aberfit/measured/clear_aperture.h"
 #include "aberfit/method/task.h"
 #include "aberfit/method/verify.h"
-#include "aberfit/report/array_format.h"
-#include "aberfit/report/exports.h"
-#include "aberfit/report/picture_format.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_table.h"
 #include "aberfit/specify/budget.h"

@@ -1,13 +1,9 @@
 #pragma once
 #include <string>
-#include <vector>
+
+#include "aberfit/core/output_formats.h"
 
 namespace aberfit {
-
-/// The files that pictures become; kAuto: SVG for curves, PNG for maps and clouds of points.
-enum class PictureFormat { kAuto, kPng, kSvg, kPdf, kNone };
-/// Their names in a study and on the command line, in the order of the enum.
-const std::vector<std::string>& picture_format_names();
 
 /// How pictures are drawn.
 struct PictureOptions {
