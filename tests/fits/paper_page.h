@@ -21,24 +21,6 @@ struct PaperAnswer {
 inline constexpr const char* kPaperPageMark =
     "<!-- tests/fits/paper_audit_test.cpp writes what follows -->\n";
 
-/// `text` in lines of at most 110 characters, the second and later ones indented.
-inline std::string wrapped_line(const std::string& text, const std::string& indent) {
-  std::string lines, line;
-  std::size_t at = 0;
-  while (at < text.size()) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
-    const std::string word = text.substr(at, end - at);
-    if (!line.empty() && line.size() + 1 + word.size() > 110) {
-      lines += line + "\n";
-      line = indent + word;
-    } else {
-      line += (line.empty() || at == 0 ? "" : " ") + word;
-    }
-    at = end + 1;
-  }
-  return lines + line + "\n";
-}
-
 inline std::string with_unit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
 }
@@ -72,42 +54,26 @@ inline std::string paper_page_of_cells(const std::vector<PaperAnswer>& answers) 
   return text;
 }
 
-/// What is computed, section by section: printed, ours and the verdict, and the reading of what does not
-/// simply hold. What is printed a second time is left out.
+/// One table of everything that is computed: section, printed, ours and the verdict. Inputs and what is
+/// printed a second time are left out.
 inline std::string paper_page(const std::vector<PaperAnswer>& answers) {
   std::map<std::string, int> count;
-  std::string tally, section, readings, text;
-  const auto flush = [&] {
-    text += readings.empty() ? "" : "\n" + readings;
-    readings.clear();
-  };
+  std::string tally, table = "\n| section | number | printed | ours | verdict |\n|---|---|---|---|---|\n";
   for (const PaperAnswer& a : answers) {
     const PaperNumber& n = a.number;
-    const bool is_papers = n.kind != "derived" && n.kind != "reading";
-    if (is_papers) ++count[n.verdict];
+    if (n.kind != "derived" && n.kind != "reading") ++count[n.verdict];
     if (n.verdict == "input" || n.formula == "cell" || n.label.ends_with(", repeated")) continue;
     if (!std::isfinite(a.ours) && n.verdict != "not-reproducible") continue;
-    if (n.section != section) {
-      flush();
-      section = n.section;
-      text += "\n## " + section + "\n\n";
-      if (section.starts_with("A.2"))
-        text += "R at 500 nm, printed and (ours):\n\n" + paper_page_of_cells(answers) + "\n";
-      text += "| number | printed | ours | verdict |\n|---|---|---|---|\n";
-    }
     const std::string printed = n.printed.size() > 24      ? "formula"
                                 : std::isfinite(n.value()) ? with_unit(n.printed, n.unit)
                                                            : n.printed;
-    text += fmt::format("| {} | {}{} | {} | {} |\n", n.label, printed,
-                        n.kind == "derived" ? " (derived)" : "", our_cell(a), n.verdict);
-    if (is_papers && n.verdict != "holds")
-      readings += wrapped_line("- *" + n.label + "*: " + n.reading, "  ");
+    table += fmt::format("| {} | {} | {}{} | {} | {} |\n", n.section.substr(0, n.section.find(' ')), n.label,
+                         printed, n.kind == "derived" ? " (derived)" : "", our_cell(a), n.verdict);
   }
-  flush();
-  for (const auto& [word, number] : count)
-    tally += fmt::format("{}{} {}", tally.empty() ? "" : ", ", number, word);
-  return "\n" + wrapped_line("Verdicts of the paper's numbers, claims and figures: " + tally + ".", "") +
-         text;
+  for (const auto& [word, number] : count) tally += fmt::format("{} {}, ", number, word);
+  tally.resize(tally.size() - 2);
+  return "\nVerdicts of all 195:\n" + tally + ".\n" + table +
+         "\nR of section A.2 at 500 nm, printed and (ours):\n\n" + paper_page_of_cells(answers);
 }
 
 }  // namespace aberfit::test
