@@ -84,8 +84,8 @@ void judge_row(const ChartBench& bench, const Layout& layout, const Attempt& att
   const double margin = bench.task.equivalence.margin;
   std::vector<double> errors;
   double known_to = 0;
-  for (std::size_t k = 0; k < attempt.result.metrics.size(); ++k) {
-    const EquivalenceMetric& metric = attempt.result.metrics[k];
+  for (std::size_t k = 0; k < attempt.result.judgement.metrics.size(); ++k) {
+    const EquivalenceMetric& metric = attempt.result.judgement.metrics[k];
     if (!std::holds_alternative<EncircledEnergyRadius>(judged.targets()[k].statistic)) continue;
     errors.push_back(std::abs(metric.difference) * margin / metric.margin);
     known_to = std::max(known_to, metric.standard_error * margin / metric.margin);
@@ -116,8 +116,8 @@ ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {
   try {
     const Attempt attempt = fit_as_asked({bench.task, layout.ground, layout.targets, context});
     row.seconds = clock.elapsed();
-    row.terms = attempt.result.terms.size();
-    row.rays = attempt.result.rays;
+    row.terms = attempt.result.fitted.terms.size();
+    row.rays = attempt.result.fitted.rays;
     judge_row(bench, layout, attempt, &row);
   } catch (const ComputationError& error) {
     row.seconds = clock.elapsed();

@@ -202,9 +202,9 @@ namespace {
 double worst_in_light(const FitCase& of, const Attempt& attempt) {
   const JudgedSet judged(in_light(of.targets.fitted), in_light(of.targets.held_out));
   const double pitch =
-      wave_pitch(of.task, attempt.result.terms, all_targets(of.targets), of.ground.split.get());
+      wave_pitch(of.task, attempt.result.fitted.terms, all_targets(of.targets), of.ground.split.get());
   FreshStatistics fresh;
-  fresh.value = by_waves(of.task, of.ground, attempt.result.terms, attempt.result.fit.coefficients,
+  fresh.value = by_waves(of.task, of.ground, attempt.result.fitted.terms, attempt.result.fitted.fit.coefficients,
                          judged.statistics(), pitch, of.context.threads);
   fresh.standard_error = Eigen::VectorXd::Zero(fresh.value.size());
   double worst = 0;
@@ -298,17 +298,17 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       last = fit_clock.elapsed();
       ChartRow row = row_of(way.method, "n_max", order);
       set_time({last, last, last, 1}, &row);
-      row.terms = attempt.result.terms.size();
-      row.rays = attempt.result.rays;
+      row.terms = attempt.result.fitted.terms.size();
+      row.rays = attempt.result.fitted.rays;
       row.statistics = std::int64_t(targets.fitted.size() + targets.guides.size());
       row.reference = "targets of light";
       row.error_of_reference = 0;
       row.is_default = is_default;
-      row.note = attempt.result.fit.status == FitStatus::kConverged
+      row.note = attempt.result.fitted.fit.status == FitStatus::kConverged
                      ? "met its tolerances"
                      : fmt::format("stays {:.2g} tolerances away", attempt.mismatch);
       try {
-        if (attempt.result.fit.coefficients.allFinite())
+        if (attempt.result.fitted.fit.coefficients.allFinite())
           row.error = row.error_rms = worst_in_light(of, attempt);
       } catch (const ComputationError& error) {
         row.note += fmt::format("; {}", error.what());

@@ -102,19 +102,20 @@ CaseOutcome fit_case(const Study& study, const std::function<bool()>& interrupte
   const RunOptions options = one_thread(interrupted);
   const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
   if (result.interrupted) throw Interrupted("stopped in the middle of a fit");
-  if (result.fit.status == FitStatus::kFailed) throw ComputationError("the fit failed");
+  if (result.fitted.fit.status == FitStatus::kFailed) throw ComputationError("the fit failed");
   CaseOutcome outcome;
-  const Eigen::VectorXd& achieved = result.validated.size() > 0 ? result.validated : result.fitted;
-  for (std::size_t k = 0; k < result.targets.size(); ++k) {
-    const std::string name = statistic_name(result.targets[k].statistic);
+  const Eigen::VectorXd& achieved =
+      result.fitted.validated.size() > 0 ? result.fitted.validated : result.fitted.values;
+  for (std::size_t k = 0; k < result.fitted.targets.size(); ++k) {
+    const std::string name = statistic_name(result.fitted.targets[k].statistic);
     const bool there = Eigen::Index(k) < achieved.size();
     add_value(name, there ? achieved[Eigen::Index(k)] : kNaN, &outcome);
-    add_value("target_" + name, result.targets[k].value, &outcome);
+    add_value("target_" + name, result.fitted.targets[k].value, &outcome);
   }
-  add_value("terms", double(result.terms.size()), &outcome);
-  if (result.has_roughness) add_scene(result.scene, &outcome);
-  add_value("scene_fitted_rms_height_m", result.surface.rms_height, &outcome);
-  outcome.verdict = to_string(result.verdict);
+  add_value("terms", double(result.fitted.terms.size()), &outcome);
+  if (result.has_roughness) add_scene(result.scene.numbers, &outcome);
+  add_value("scene_fitted_rms_height_m", result.fitted.surface.rms_height, &outcome);
+  outcome.verdict = to_string(result.judgement.verdict);
   outcome.warnings = codes_of(result.warnings);
   return outcome;
 }

@@ -36,8 +36,9 @@ struct Run {
 // Rays were right for the specification, but light says otherwise of the surface that came of them.
 bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
   return of.ground.use.model == FocusModel::kRays && of.ground.use.light_decides && !of.task.trace.model &&
-         result.light && result.light->obstacle.empty() && result.light->verdict != Verdict::kEquivalent &&
-         overall(result.metrics) == Verdict::kEquivalent;
+         result.judgement.light && result.judgement.light->obstacle.empty() &&
+         result.judgement.light->verdict != Verdict::kEquivalent &&
+         overall(result.judgement.metrics) == Verdict::kEquivalent;
 }
 
 // The whole of it once more by waves; what rays gave is kept where that is cut short.
@@ -94,7 +95,7 @@ ResultDocument run_fit(const Study& given, const RunOptions& options) {
     ResultDocument result = document(study, std::move(attempt.result), options);
     const Warnings unused = unused_parts(study, "`aberfit solve`");
     result.warnings.insert(result.warnings.end(), unused.begin(), unused.end());
-    if (!folder.wanted() || result.fit.status == FitStatus::kFailed) return result;
+    if (!folder.wanted() || result.fitted.fit.status == FitStatus::kFailed) return result;
     RunOptions there = options;
     there.output_directory = folder.path();
     write_fit(study, run->layout.ground, there, attempt.bench->focus(study), &result);
@@ -116,12 +117,13 @@ ExitCode fit_command(CommandLine line) {
   progress.clear();
   print(
       line, [&] { return to_json(result, resolved(study, result)); }, page_of(result, false));
-  if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
+  if (result.fitted.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
   say_where(line);
   if (result.interrupted) return ExitCode::kInterrupted;
   // A map without a specification has nothing to be judged by.
-  const bool done = result.map && !result.has_roughness ? result.fit.status == FitStatus::kConverged
-                                                        : result.verdict == Verdict::kEquivalent;
+  const bool done = result.map.fit && !result.has_roughness
+                        ? result.fitted.fit.status == FitStatus::kConverged
+                        : result.judgement.verdict == Verdict::kEquivalent;
   return done ? ExitCode::kDone : ExitCode::kNotMet;
 }
 

@@ -34,7 +34,7 @@ SurfaceOperator map_operator(const TermSet& terms, double radius, int threads) {
 std::vector<DrawnPicture> draw(const Study& study, const Groundwork& ground, const RunOptions& options,
                                const LightPath& focus, ResultDocument* result) {
   const int threads = result->provenance.threads;
-  const Eigen::VectorXd& coefficients = result->fit.coefficients;
+  const Eigen::VectorXd& coefficients = result->fitted.fit.coefficients;
   SurfaceField field;
   focus.surface.apply(coefficients, &field);
   LightPath smooth = focus;
@@ -42,7 +42,7 @@ std::vector<DrawnPicture> draw(const Study& study, const Groundwork& ground, con
   const auto ideal = surface_light(smooth, Eigen::VectorXd::Zero(coefficients.size()), threads);
   const auto target = target_light(study, ground, focus.pupil, threads);
   const auto fitted = surface_light(focus, coefficients, threads);
-  const SurfaceOperator map = map_operator(result->terms, ground.radius, threads);
+  const SurfaceOperator map = map_operator(result->fitted.terms, ground.radius, threads);
   return draw_pictures(
       {*result, study.mirror, study.aperture, study.wavelength, ground.psd ? &*ground.psd : nullptr,
        focus.pupil, *ideal, target.get(), *fitted, field, map, kMapSize, ground.core_sigma},
@@ -52,7 +52,7 @@ std::vector<DrawnPicture> draw(const Study& study, const Groundwork& ground, con
 void write_fit_arrays(const Study& study, const Groundwork& ground, ArrayFormat format,
                       const std::string& folder, const LightPath& focus, ResultDocument* result) {
   const bool of_rays = focus.model == FocusModel::kRays;
-  if (result->map && !result->has_roughness && result->model == "waves" && of_rays) {
+  if (result->map.fit && !result->has_roughness && result->scene.model == "waves" && of_rays) {
     result->warnings.push_back(
         {"arrays-left-out",
          "rays are no model of the light of these terms; the picture map_light has it by "
@@ -61,16 +61,17 @@ void write_fit_arrays(const Study& study, const Groundwork& ground, ArrayFormat 
   }
   const int threads = result->provenance.threads;
   const auto theory = target_light(study, ground, focus.pupil, threads);
-  const auto surface = surface_light(focus, result->fit.coefficients, threads);
-  write_arrays(study, format, theory.get(), surface.get(), planes_of(statistics_of(result->targets)),
+  const auto surface = surface_light(focus, result->fitted.fit.coefficients, threads);
+  write_arrays(study, format, theory.get(), surface.get(), planes_of(statistics_of(result->fitted.targets)),
                ground.core_sigma, folder, &result->warnings);
 }
 
 // A fit that is done is not lost for a format that cannot hold it.
 void write_exports(const Study& study, const std::string& folder, ResultDocument* result) {
-  const ExportInput input{result->terms,    result->fit.coefficients, study.aperture,
-                          study.wavelength, study.output.export_grid, study.title};
-  if (result->map && result->fit.status != FitStatus::kConverged && !study.output.exports.empty()) {
+  const ExportInput input{result->fitted.terms, result->fitted.fit.coefficients, study.aperture,
+                          study.wavelength,     study.output.export_grid,        study.title};
+  if (result->map.fit && result->fitted.fit.status != FitStatus::kConverged &&
+      !study.output.exports.empty()) {
     result->warnings.push_back(
         {"export-left-out", "the points of the map do not determine the terms; nothing is exported"});
     return;
@@ -89,7 +90,7 @@ void write_exports(const Study& study, const std::string& folder, ResultDocument
 }  // namespace
 
 nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome) {
-  return outcome.map ? resolved_study(study) : resolved_study(study, outcome.chosen);
+  return outcome.map.fit ? resolved_study(study) : resolved_study(study, outcome.choices.values);
 }
 
 namespace internal {
@@ -114,11 +115,12 @@ void write_fit(const Study& study, const Groundwork& ground, const RunOptions& o
     write_fit_arrays(study, ground, format, options.output_directory, focus, result);
   const std::string folder = options.output_directory + "/";
   write_file(folder + "coefficients.csv",
-             coefficients_csv(result->terms, result->fit.coefficients, result->fit.coefficient_std));
-  if (result->scatter) {
-    const ScatterOfRest& scatter = *result->scatter;
+             coefficients_csv(result->fitted.terms, result->fitted.fit.coefficients,
+                              result->fitted.fit.coefficient_std));
+  if (result->band.scatter) {
+    const ScatterOfRest& scatter = *result->band.scatter;
     write_file(folder + "scatter.csv", scatter_csv({study.title, scatter.table, scatter.abg, scatter.rest,
-                                                    result->terms.size() > 0}));
+                                                    result->fitted.terms.size() > 0}));
     if (scatter.rest)
       write_file(folder + "scatter_psd.csv", scatter_psd_csv(*scatter.rest, study.wavelength));
   }

@@ -78,15 +78,17 @@ ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const Run
 void describe_unjudged(const Study& study, const HeightMap& map, const RunOptions& options,
                        const RunContext& context, ResultDocument* result) {
   const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
-  const SurfaceOperator operate(result->terms, pupil, focus_operator(FocusModel::kRays, context.threads));
+  const SurfaceOperator operate(result->fitted.terms, pupil,
+                                focus_operator(FocusModel::kRays, context.threads));
   SurfaceField field;
-  operate.apply(result->fit.coefficients, &field);
+  operate.apply(result->fitted.fit.coefficients, &field);
   describe_map(study, map, pupil, field, context, result);
   if (options.output_directory.empty()) return;
   Groundwork ground;  // a map has no specification: only sizes
-  ground.radius = result->radius;
+  ground.radius = result->fitted.radius;
   ground.focal_length = study.mirror.focal_length;
-  ground.core_sigma = ground.focal_sigma = 2 * ground.focal_length * result->surface.rms_slope_per_axis;
+  ground.core_sigma = ground.focal_sigma =
+      2 * ground.focal_length * result->fitted.surface.rms_slope_per_axis;
   const LightPath focus{study.mirror,     pupil,           operate,           FocusModel::kRays,
                         study.wavelength, &study.aperture, study.trace.centre};
   write_fit(study, ground, options, focus, result);
@@ -100,13 +102,13 @@ ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const Run
   context.say("targets");
   const Layout layout = lay_out_part(study, terms, band, context.threads);
   ResultDocument result = fitted_map(study, loaded, options, context);
-  if (result.fit.status == FitStatus::kFailed) return result;
+  if (result.fitted.fit.status == FitStatus::kFailed) return result;
   const FitCase of{study, layout.ground, layout.targets, context};
   judge_part(of, band, &result);
   light_up_map(study, loaded.map, false, context, &result);
   if (options.output_directory.empty()) return result;
-  const Workbench bench(study, FocusModel::kWaves, {}, part_pitch(of, result), result.terms, context.threads,
-                        layout.ground.split);
+  const Workbench bench(study, FocusModel::kWaves, {}, part_pitch(of, result), result.fitted.terms,
+                        context.threads, layout.ground.split);
   write_fit(study, layout.ground, options, bench.focus(study), &result);
   return result;
 }
@@ -125,11 +127,12 @@ ResultDocument run_map_fit(const Study& given, const RunOptions& options) {
   ResultDocument result = with_fields_of(study, [&] {
     if (study.psd) return judged_map(study, loaded, there, context);
     ResultDocument terms = fitted_map(study, loaded, options, context);
-    if (terms.fit.status != FitStatus::kFailed) describe_unjudged(study, loaded.map, there, context, &terms);
+    if (terms.fitted.fit.status != FitStatus::kFailed)
+      describe_unjudged(study, loaded.map, there, context, &terms);
     return terms;
   });
   end_if_asked(context);
-  if (result.fit.status != FitStatus::kFailed) folder.show();
+  if (result.fitted.fit.status != FitStatus::kFailed) folder.show();
   return result;
 }
 

@@ -164,14 +164,14 @@ Attempt judge_all_scatter(const FitCase& of) {
       of.task, FocusModel::kWaves, PupilOptions{},
       wave_pitch(of.task, none, all_targets(of.targets), of.ground.split.get()), none, threads,
       of.ground.split);
-  result.rays = attempt.bench->pupil.size();
-  result.fit.status = FitStatus::kConverged;
-  result.fit.message = "nothing to fit: no frequency needs a term";
+  result.fitted.rays = attempt.bench->pupil.size();
+  result.fitted.fit.status = FitStatus::kConverged;
+  result.fitted.fit.message = "nothing to fit: no frequency needs a term";
   attempt.mismatch = 0;
   const JudgedSet fitted(of.targets.fitted, {});
   const Eigen::VectorXd own =
       attempt.bench->exact(of.task, {}, fitted.statistics(), threads, &result.warnings);
-  result.start = result.fitted = fitted.shown(own);
+  result.fitted.start = result.fitted.values = fitted.shown(own);
   attempt.own = fitted.judged(own);
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   DrawnMirrors drawn(of, judged.statistics());
@@ -179,17 +179,17 @@ Attempt judge_all_scatter(const FitCase& of) {
     attempt.fresh =
         drawn.mean(int(std::ceil(std::min(draws, double(law::kMostDraws)))),
                    int(std::ceil(std::min(surfaces, double(law::kMostSurfaces)))), &result.warnings);
-    result.metrics = judged.judge(attempt.fresh, of.task.equivalence);
+    result.judgement.metrics = judged.judge(attempt.fresh, of.task.equivalence);
   };
   judge(law::kGroups, law::kGroups);
   double draws = law::kGroups, surfaces = law::kGroups;
-  for (std::size_t k = 0; k < result.metrics.size(); ++k) {
+  for (std::size_t k = 0; k < result.judgement.metrics.size(); ++k) {
     double& most = kind_of(judged.targets()[k].statistic).is_moment ? surfaces : draws;
-    most = std::max(most, enough_draws(result.metrics[k]));
+    most = std::max(most, enough_draws(result.judgement.metrics[k]));
   }
   if (std::max(draws, surfaces) > law::kGroups) judge(draws, surfaces);
-  result.verdict = overall(result.metrics);
-  result.validated = attempt.fresh.value.head(Eigen::Index(of.targets.fitted.size()));
+  result.judgement.verdict = overall(result.judgement.metrics);
+  result.fitted.validated = attempt.fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   return attempt;
 }
 

@@ -145,13 +145,15 @@ FitProblem problem_of(const FitCase& of, const Workbench& bench, const Coefficie
 
 // Returns whether the sample of a fit was fine enough, judged by the fresh sample. Writes `ray_choice`.
 bool is_fine_enough(const FitCase& of, const FitPlan& plan, Attempt* attempt) {
-  RayChoice& choice = attempt->result.ray_choice.emplace(ray_choice(of, plan, *attempt));
+  RayChoice& choice = attempt->result.choices.rays.emplace(ray_choice(of, plan, *attempt));
   if (of.ground.use.model != FocusModel::kWaves)
-    return explain_rays(rays_of(plan.pupil), attempt->result.verdict, &choice) || !plan.automatic_rays;
-  const double safe = grid_pitch(of, attempt->result.terms, 1);
+    return explain_rays(rays_of(plan.pupil), attempt->result.judgement.verdict, &choice) ||
+           !plan.automatic_rays;
+  const double safe = grid_pitch(of, attempt->result.fitted.terms, 1);
   const double share = allowed_gap(attempt->bench->pitch / safe, attempt->judging_coarsening);
   choice.allowed = share * of.task.equivalence.margin;
-  return explain_cells(attempt->result.rays, share, &choice) || plan.coarsening <= law::kLeastCoarsening;
+  return explain_cells(attempt->result.fitted.rays, share, &choice) ||
+         plan.coarsening <= law::kLeastCoarsening;
 }
 
 // The same plan with more rays from the same start, or on the next finer grid from the fitted surface.
@@ -161,13 +163,13 @@ FitPlan on_a_finer_sample(const FitCase& of, FitPlan plan, const Attempt& attemp
     return plan;
   }
   plan.coarsening /= std::numbers::sqrt2;
-  if (has_solution(attempt.result.fit)) plan.warm = attempt.result.fit.white;
+  if (has_solution(attempt.result.fitted.fit)) plan.warm = attempt.result.fitted.fit.white;
   return plan;
 }
 
 // Phases that change too much between grid cells have no diffraction pattern; a finer grid may have one.
 bool has_no_pattern(const FitCase& of, const FitPlan& plan, const Attempt& attempt) {
-  const FitStatus status = attempt.result.fit.status;
+  const FitStatus status = attempt.result.fitted.fit.status;
   return of.ground.use.model == FocusModel::kWaves && plan.coarsening > law::kLeastCoarsening &&
          (status == FitStatus::kFailed ||
           (status == FitStatus::kDegenerate && of.task.fit.start != FitStart::kZero));
@@ -181,12 +183,12 @@ double internal::grid_pitch(const FitCase& of, const TermSet& terms, double coar
 }
 
 bool is_equivalent(const Attempt& attempt) {
-  return attempt.fresh.rays > 0 && attempt.result.verdict == Verdict::kEquivalent;
+  return attempt.fresh.rays > 0 && attempt.result.judgement.verdict == Verdict::kEquivalent;
 }
 
 double distance_to_margin(const Attempt& attempt) {
   double worst = attempt.fresh.rays > 0 ? 0 : attempt.mismatch;
-  for (const EquivalenceMetric& metric : attempt.result.metrics) {
+  for (const EquivalenceMetric& metric : attempt.result.judgement.metrics) {
     const double distance = std::abs(metric.difference) / metric.margin;
     worst = std::isnan(distance) ? kInfinity : std::max(worst, distance);
   }
@@ -194,30 +196,24 @@ double distance_to_margin(const Attempt& attempt) {
 }
 
 void describe_scene(const FitCase& of, double captured, FitOutcome* result) {
-  const SceneFacts facts = scene_facts(of.ground, of.targets.theory);
   result->has_roughness = of.ground.psd.has_value();
-  result->scene = facts.numbers;
-  result->theory = facts.theory;
-  result->model = facts.model;
-  result->needed = facts.needed;
-  result->light_decides = of.ground.use.light_decides;
-  result->model_reason = facts.reason;
-  result->errors = facts.errors;
-  result->targets = of.targets.fitted;
-  result->shares = of.ground.shares;
-  const Warnings scene = scene_warnings(of.task, of.ground, result->terms, captured);
+  result->scene = scene_facts(of.ground, of.targets.theory);
+  result->judgement.light_decides = of.ground.use.light_decides;
+  result->fitted.targets = of.targets.fitted;
+  result->band.shares = of.ground.shares;
+  const Warnings scene = scene_warnings(of.task, of.ground, result->fitted.terms, captured);
   for (const Warnings* told : {&scene, &of.targets.warnings})
     result->warnings.insert(result->warnings.end(), told->begin(), told->end());
 }
 
 FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   FitOutcome result;
-  result.radius = of.ground.radius;
-  result.terms = plan.terms->terms;
-  result.chosen = {plan.terms->asked, rays_of(plan.pupil), plan.start + 1};
-  result.chosen.terms.band.rule = BandRule::kAll;
-  if (of.ground.split) result.chosen.terms.band = {BandRule::kCut, of.ground.split->cut()};
-  result.confidence = of.task.equivalence.confidence;
+  result.fitted.radius = of.ground.radius;
+  result.fitted.terms = plan.terms->terms;
+  result.choices.values = {plan.terms->asked, rays_of(plan.pupil), plan.start + 1};
+  result.choices.values.terms.band.rule = BandRule::kAll;
+  if (of.ground.split) result.choices.values.terms.band = {BandRule::kCut, of.ground.split->cut()};
+  result.judgement.confidence = of.task.equivalence.confidence;
   describe_scene(of, plan.terms->captured, &result);
   return result;
 }
@@ -260,37 +256,38 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   attempt.result = outcome_of(of, plan);
   FitOutcome& result = attempt.result;
   const auto made = std::make_shared<Workbench>(of.task, of.ground.use.model, plan.pupil,
-                                                grid_pitch(of, result.terms, plan.coarsening), result.terms,
-                                                threads, of.ground.split);
+                                                grid_pitch(of, result.fitted.terms, plan.coarsening),
+                                                result.fitted.terms, threads, of.ground.split);
   made->single_precision = in_single_precision(of.ground.use.model, of.targets, made->pupil.size());
   attempt.bench = made;
   const Workbench& bench = *attempt.bench;
-  result.rays = bench.pupil.size();
+  result.fitted.rays = bench.pupil.size();
 
-  const SpectrumTarget spectrum = make_spectrum_target(of.task, of.ground, result.terms, prior, threads);
+  const SpectrumTarget spectrum =
+      make_spectrum_target(of.task, of.ground, result.fitted.terms, prior, threads);
   const FitProblem problem = problem_of(of, bench, prior, spectrum);
   double lowest = HUGE_VAL;  // smallest mismatch of a fit that was ended early
   const Eigen::VectorXd draw = first_draw(of.task.fit, plan);
-  result.fit = calibrate(problem, draw, fit_options(of, plan, &lowest));
-  if (result.fit.status == FitStatus::kCancelled && !of.context.stopped()) {
-    result.fit.status = FitStatus::kNotConverged;
-    result.fit.message = fmt::format(
+  result.fitted.fit = calibrate(problem, draw, fit_options(of, plan, &lowest));
+  if (result.fitted.fit.status == FitStatus::kCancelled && !of.context.stopped()) {
+    result.fitted.fit.status = FitStatus::kNotConverged;
+    result.fitted.fit.message = fmt::format(
         "ended after {} iterations, the last {} of which brought the largest mismatch no nearer than {:.3g} "
         "tolerances",
-        result.fit.iterations, law::kPatience, lowest);
+        result.fitted.fit.iterations, law::kPatience, lowest);
   }
-  attempt.mismatch = has_solution(result.fit) ? worst_mismatch(problem, result.fit) : lowest;
+  attempt.mismatch = has_solution(result.fitted.fit) ? worst_mismatch(problem, result.fitted.fit) : lowest;
   const JudgedSet fitted(of.targets.fitted, {});
-  result.start =
+  result.fitted.start =
       fitted.shown(bench.exact(of.task, prior.colour(draw), fitted.statistics(), threads, nullptr));
-  for (Eigen::Index b = 0; b < result.fit.spectrum.size(); ++b)
-    result.spectrum.push_back({spectrum.low[b], spectrum.high[b], spectrum.value[b], result.fit.spectrum[b],
-                               spectrum.tolerance[b]});
-  const Eigen::VectorXd own =
-      bench.exact(of.task, result.fit.coefficients, fitted.statistics(), threads, &attempt.own_warnings);
-  result.fitted = fitted.shown(own);
+  for (Eigen::Index b = 0; b < result.fitted.fit.spectrum.size(); ++b)
+    result.fitted.spectrum.push_back({spectrum.low[b], spectrum.high[b], spectrum.value[b],
+                                      result.fitted.fit.spectrum[b], spectrum.tolerance[b]});
+  const Eigen::VectorXd own = bench.exact(of.task, result.fitted.fit.coefficients, fitted.statistics(),
+                                          threads, &attempt.own_warnings);
+  result.fitted.values = fitted.shown(own);
   attempt.own = fitted.judged(own);
-  result.posterior_std = shown_std(of.targets.fitted, result.fit.statistic_std);
+  result.fitted.posterior_std = shown_std(of.targets.fitted, result.fitted.fit.statistic_std);
   return attempt;
 }
 

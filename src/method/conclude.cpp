@@ -50,13 +50,13 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
   const Task& task = of.task;
   const Groundwork& ground = of.ground;
   FitOutcome& result = attempt->result;
-  EquivalentSurface& surface = result.surface;
+  EquivalentSurface& surface = result.fitted.surface;
   surface.prior_height_factor = ground.prior_height_factor;
   surface.captured_fraction = attempt->terms->captured;
   std::optional<TermMoments> exact =
-      term_moments(task.aperture, result.terms, result.fit.coefficients, of.context.threads);
-  Eigen::VectorXd smooth = result.fit.coefficients;
-  smooth.tail(smooth.size() - result.terms.segments_begin()).setZero();
+      term_moments(task.aperture, result.fitted.terms, result.fitted.fit.coefficients, of.context.threads);
+  Eigen::VectorXd smooth = result.fitted.fit.coefficients;
+  smooth.tail(smooth.size() - result.fitted.terms.segments_begin()).setZero();
   const TermMoments moments =
       exact ? *exact : moments_of(attempt->bench->field(smooth), attempt->bench->pupil.weight);
   surface.rms_height = moments.rms_height;
@@ -82,8 +82,8 @@ double ray_error(const Task& task, const Groundwork& ground) {
 }
 
 void bear_model_error(double model_error, FitOutcome* result) {
-  for (EquivalenceMetric& metric : result->metrics) metric = with_model_error(metric, model_error);
-  result->verdict = overall(result->metrics);
+  for (EquivalenceMetric& metric : result->judgement.metrics) metric = with_model_error(metric, model_error);
+  result->judgement.verdict = overall(result->judgement.metrics);
 }
 
 // The ray model's error uses part of the margin, so less of it is left for the sampling error.
@@ -91,8 +91,9 @@ void judge_on_more_rays(const FitCase& of, double model_error, Attempt* attempt)
   if (!attempt->bench) return;
   FitOutcome* result = &attempt->result;
   std::int64_t rays = attempt->fresh.rays;
-  while (rays > 0 && rays < kMostFreshRays && result->verdict == Verdict::kUndecided &&
-         std::any_of(result->metrics.begin(), result->metrics.end(), more_samples_could_decide) &&
+  while (rays > 0 && rays < kMostFreshRays && result->judgement.verdict == Verdict::kUndecided &&
+         std::any_of(result->judgement.metrics.begin(), result->judgement.metrics.end(),
+                     more_samples_could_decide) &&
          !of.context.stopped()) {
     rays = std::min(4 * rays, kMostFreshRays);
     judge_on_fresh_rays(of, attempt, rays);
@@ -106,8 +107,9 @@ void ask_light(const FitCase& of, Attempt* attempt) {
   FitOutcome* result = &attempt->result;
   if (of.ground.use.in_light(of.targets.theory == "given")) return;
   of.context.say("light");
-  result->light = judge_in_light(of, result->terms, result->fit.coefficients, &result->warnings);
-  const LightJudgement& light = *result->light;
+  result->judgement.light =
+      judge_in_light(of, result->fitted.terms, result->fitted.fit.coefficients, &result->warnings);
+  const LightJudgement& light = *result->judgement.light;
   if (!light.decides) return;
   if (light.no_grid && of.ground.use.choice) {
     const double model_error = ray_error(of.task, of.ground);
@@ -116,32 +118,34 @@ void ask_light(const FitCase& of, Attempt* attempt) {
     return;
   }
   const bool unknown = light.metrics.empty();
-  if (!(unknown && result->verdict == Verdict::kDifferent)) result->verdict = light.verdict;
+  if (!(unknown && result->judgement.verdict == Verdict::kDifferent))
+    result->judgement.verdict = light.verdict;
 }
 
 void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome* result) {
   Warnings& warnings = result->warnings;
   warn_of_spread("the calibrated surface, not for any one real mirror", result);
-  if (result->fit.status == FitStatus::kNotConverged)
+  if (result->fitted.fit.status == FitStatus::kNotConverged)
     warnings.push_back({"not-converged",
                         "the fit ended before every target was met, which is no verdict on its "
                         "surface: " +
-                            result->fit.message});
+                            result->fitted.fit.message});
   if (fresh.lost > 0)
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
-  if (of.ground.use.model != FocusModel::kWaves && result->rays < law::kRaysPerTerm * result->terms.size() &&
-      result->targets.size() > 10)
+  if (of.ground.use.model != FocusModel::kWaves &&
+      result->fitted.rays < law::kRaysPerTerm * result->fitted.terms.size() &&
+      result->fitted.targets.size() > 10)
     warnings.push_back(
         {"few-rays", fmt::format("{} rays for {} terms: the terms can follow single rays; use more rays",
-                                 result->rays, result->terms.size())});
+                                 result->fitted.rays, result->fitted.terms.size())});
 }
 
 }  // namespace
 
 void conclude(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
-  if (of.ground.psd) result.mean_light = specified_light(of.ground);
+  if (of.ground.psd) result.scene.mean_light = specified_light(of.ground);
   ask_light(of, attempt);
   tell_spread(of, &result);
   const Warnings& of_points = attempt->fresh.rays > 0 ? attempt->fresh_warnings : attempt->own_warnings;
@@ -149,14 +153,15 @@ void conclude(const FitCase& of, Attempt* attempt) {
   // An interrupted run describes the surface and leaves out further comparisons.
   if (!of.context.stopped()) ask_perfect_mirror(of, &result);
   tell_scatter_of_rest(of, &result);
-  if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);
+  if (attempt->result.fitted.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);
   describe_surface(of, attempt);
-  if (of.ground.psd && !(result.terms.zernike.empty() && result.terms.fourier.empty()) &&
-      result.surface.rms_slope_per_axis > 0 && !of.context.stopped()) {
+  if (of.ground.psd && !(result.fitted.terms.zernike.empty() && result.fitted.terms.fourier.empty()) &&
+      result.fitted.surface.rms_slope_per_axis > 0 && !of.context.stopped()) {
     of.context.say("character");
-    result.character = character_of(of.task, of.ground, result.terms, result.fit.coefficients, of.context);
+    result.judgement.character =
+        character_of(of.task, of.ground, result.fitted.terms, result.fitted.fit.coefficients, of.context);
   }
-  if (of.ground.psd) result.band = band_use(of.task, of.ground, result.terms, result.rays);
+  if (of.ground.psd) result.band.use = band_use(of.task, of.ground, result.fitted.terms, result.fitted.rays);
   warn_of_result(of, attempt->fresh, &result);
 }
 

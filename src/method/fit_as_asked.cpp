@@ -21,18 +21,18 @@ using Clock = std::chrono::steady_clock;
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 FrontierPoint frontier_point(const Attempt& attempt, double seconds) {
-  const TermSet& terms = attempt.result.terms;
+  const TermSet& terms = attempt.result.fitted.terms;
   FrontierPoint point;
   point.family = terms.zernike.empty() ? "fourier" : "zernike";
   point.order = terms.zernike.empty() ? int(terms.fourier.size()) : terms.zernike.back().n;
   point.terms = terms.size();
-  point.rays = attempt.result.rays;
+  point.rays = attempt.result.fitted.rays;
   point.fitted_mismatch = attempt.mismatch;
   point.seconds = seconds;
   if (attempt.fresh.rays == 0) return point;
-  point.verdict = attempt.result.verdict;
+  point.verdict = attempt.result.judgement.verdict;
   point.passes = is_equivalent(attempt);
-  for (const EquivalenceMetric& metric : attempt.result.metrics)
+  for (const EquivalenceMetric& metric : attempt.result.judgement.metrics)
     if (metric.held_out)
       point.held_out_mismatch = std::fmax(point.held_out_mismatch, std::abs(metric.difference));
   return point;
@@ -56,7 +56,7 @@ class Sets {
     for (; plan.start < of_.task.fit.starts; ++plan.start) {
       Attempt attempt = fit_on_a_fine_enough_sample(of_, plan);
       if (!best || distance_to_margin(attempt) < distance_to_margin(*best)) best = std::move(attempt);
-      best->result.chosen.starts = plan.start + 1;
+      best->result.choices.values.starts = plan.start + 1;
       if (is_equivalent(*best) || of_.context.stopped()) break;
     }
     points_.push_back(frontier_point(*best, since(begin)));
@@ -77,7 +77,7 @@ class Sets {
     frontier.points = std::move(points_);
     std::stable_sort(frontier.points.begin(), frontier.points.end(),
                      [](const FrontierPoint& a, const FrontierPoint& b) { return a.terms < b.terms; });
-    kept_->result.frontier = std::move(frontier);
+    kept_->result.choices.frontier = std::move(frontier);
     return take();
   }
 
@@ -86,7 +86,7 @@ class Sets {
   bool is_kept(const Attempt& now) const {
     if (!kept_) return true;
     if (is_equivalent(now) != is_equivalent(*kept_)) return is_equivalent(now);
-    return is_equivalent(now) ? now.result.terms.size() < kept_->result.terms.size()
+    return is_equivalent(now) ? now.result.fitted.terms.size() < kept_->result.fitted.terms.size()
                               : distance_to_margin(now) < distance_to_margin(*kept_);
   }
 
@@ -98,7 +98,7 @@ class Sets {
 };
 
 std::string set_of(const Attempt& attempt) {
-  const TermSet& terms = attempt.result.terms;
+  const TermSet& terms = attempt.result.fitted.terms;
   std::vector<std::string> families;
   if (!terms.zernike.empty()) families.push_back(fmt::format("Zernikes to n = {}", terms.zernike.back().n));
   if (!terms.fourier.empty()) families.push_back(fmt::format("{} plane waves", terms.fourier.size()));
@@ -109,7 +109,8 @@ std::string set_of(const Attempt& attempt) {
 
 // More terms help where a fitted or judged statistic is off, not where a verdict is undecided.
 bool asks_for_more(const Attempt& attempt) {
-  return attempt.result.verdict == Verdict::kDifferent || attempt.result.fit.status != FitStatus::kConverged;
+  return attempt.result.judgement.verdict == Verdict::kDifferent ||
+         attempt.result.fitted.fit.status != FitStatus::kConverged;
 }
 
 Attempt fit_by_law(const FitCase& of) {
@@ -146,7 +147,7 @@ Attempt fit_fewest(const FitCase& of) {
   bool passes = sets.pass(all);
   if (!passes && all.zernike && !of.context.stopped())
     passes = sets.pass(terms_by_law(of.task, of.ground, law::kGrowth));
-  int high = all.zernike ? sets.kept().result.terms.zernike.back().n : law::kLargestOrder, low = 1;
+  int high = all.zernike ? sets.kept().result.fitted.terms.zernike.back().n : law::kLargestOrder, low = 1;
   while (passes && high > std::ceil(law::kFewestWithin * low) && !of.context.stopped()) {
     const int middle = std::clamp(int(std::lround(std::sqrt(double(low) * high))), low + 1, high - 1);
     (sets.pass(zernikes_to(of.task, middle)) ? high : low) = middle;

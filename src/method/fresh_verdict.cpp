@@ -32,7 +32,7 @@ void take_over(const FreshStatistics& part, const std::vector<Eigen::Index>& pla
 // as coarse as the safe grid, and finer than the fit's.
 double first_coarsening(const FitCase& of, const Attempt& attempt) {
   if (attempt.bench->model != FocusModel::kWaves) return 1;
-  const double safe = grid_pitch(of, attempt.result.terms, 1);
+  const double safe = grid_pitch(of, attempt.result.fitted.terms, 1);
   const double affordable = 2 * of.ground.radius / (law::kCellsOfALook * safe);
   const double finer = attempt.bench->pitch / (std::numbers::sqrt2 * safe);
   return std::max(1.0, std::min({affordable, finer, 2.0}));
@@ -43,7 +43,7 @@ void look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::
              double coarsening, std::int64_t rays, Attempt* attempt) {
   const FitOutcome& result = attempt->result;
   const FocusModel model = attempt->bench->model;
-  const double pitch = grid_pitch(of, result.terms, coarsening);
+  const double pitch = grid_pitch(of, result.fitted.terms, coarsening);
   const FreshPupil pupil{model,
                          rays,
                          of.task.trace.pupil.seed,
@@ -54,9 +54,9 @@ void look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::
   std::vector<Statistic> asked;
   for (const Eigen::Index at : places) asked.push_back(judged.statistics()[std::size_t(at)]);
   attempt->fresh_warnings.clear();
-  const FreshStatistics part =
-      statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
-                            result.fit.coefficients, asked, of.context.threads, &attempt->fresh_warnings);
+  const FreshStatistics part = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil,
+                                                     result.fitted.terms, result.fitted.fit.coefficients,
+                                                     asked, of.context.threads, &attempt->fresh_warnings);
   take_over(part, places, &attempt->fresh);
   Eigen::VectorXd& first = attempt->first_seen;
   if (first.size() > 0) {
@@ -73,7 +73,7 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   of.context.say("fresh rays");
   FitOutcome& result = attempt->result;
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
-  if (rays == 0) rays = 4 * result.rays;
+  if (rays == 0) rays = 4 * result.fitted.rays;
   const auto size = Eigen::Index(judged.statistics().size());
   attempt->fresh.value = attempt->fresh.standard_error = Eigen::VectorXd::Constant(size, std::nan(""));
   std::vector<std::size_t> open(judged.targets().size());
@@ -82,15 +82,15 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   // The safe grid decides statistics that the error of a coarse grid leaves undecided.
   for (double coarsening = first_coarsening(of, *attempt);; coarsening = 1) {
     look_at(of, judged, open, coarsening, rays, attempt);
-    result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
+    result.judgement.metrics = judged.judge(attempt->fresh, of.task.equivalence);
     const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
-                         overall(result.metrics) != Verdict::kUndecided;
+                         overall(result.judgement.metrics) != Verdict::kUndecided;
     if (decided || coarsening <= 1 || (of.context.stopped() && attempt->first_seen.size() > 0)) break;
-    open = judged.open_targets(attempt->fresh, result.metrics);
+    open = judged.open_targets(attempt->fresh, result.judgement.metrics);
   }
   if (attempt->first_seen.size() == 0) attempt->first_seen = attempt->fresh.value;
-  result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
-  result.verdict = overall(result.metrics);
+  result.fitted.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
+  result.judgement.verdict = overall(result.judgement.metrics);
 }
 
 }  // namespace aberfit

@@ -75,25 +75,25 @@ int default_order(const Task& task, double radius) {
 
 void trace_map(const Task& task, const PupilSample& pupil, const SurfaceField& field, int threads,
                FitOutcome* result) {
-  result->rays = pupil.size();
+  result->fitted.rays = pupil.size();
   const RayBundle nominal = trace_nominal(task.mirror, pupil), rays = trace(task.mirror, pupil, field);
-  result->targets = untargeted();
-  const std::vector<Statistic> statistics = statistics_of(result->targets);
-  result->fitted = evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics, threads,
-                                  &result->warnings);
+  result->fitted.targets = untargeted();
+  const std::vector<Statistic> statistics = statistics_of(result->fitted.targets);
+  result->fitted.values = evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics,
+                                         threads, &result->warnings);
 }
 
 // Rays describe the spot only if it is several times larger than the diffraction pattern.
 bool diffraction_decides(const Task& task, const FitOutcome& result) {
-  return result.fitted[2] < kAiryRadiiForRays * airy_ee90(task.mirror, task.aperture, task.wavelength);
+  return result.fitted.values[2] < kAiryRadiiForRays * airy_ee90(task.mirror, task.aperture, task.wavelength);
 }
 
 // Replaces the statistics by those of wave optics, where the pupil of the map resolves the terms.
 void take_waves(FitOutcome* result) {
-  const MapLight& light = *result->map_light;
-  result->model = "waves";
-  result->rays = light.cells;
-  result->fitted.head(4) << light.terms.ee50, light.terms.ee80, light.terms.ee90, light.ring_fwhm;
+  const MapLight& light = *result->map.light;
+  result->scene.model = "waves";
+  result->fitted.rays = light.cells;
+  result->fitted.values.head(4) << light.terms.ee50, light.terms.ee80, light.terms.ee90, light.ring_fwhm;
 }
 
 void warn_of_rays(const Task& task, FitOutcome* result) {
@@ -101,7 +101,7 @@ void warn_of_rays(const Task& task, FitOutcome* result) {
       {"rays-not-valid",
        fmt::format(
            "ee90 by rays, {}, is less than {} Airy radii (ee90 {}): diffraction decides there. {}",
-           format_quantity(result->fitted[2], Dimension::kLength), kAiryRadiiForRays,
+           format_quantity(result->fitted.values[2], Dimension::kLength), kAiryRadiiForRays,
            format_quantity(airy_ee90(task.mirror, task.aperture, task.wavelength), Dimension::kLength),
            task.trace.model ? "Leave `trace.model` out, and the statistics are those of waves"
                             : "The exported surface can be propagated as it is")});
@@ -138,26 +138,27 @@ FitOutcome fit_map_terms(const Task& task, const HeightMap& map, const MapFitOpt
   check_reach(task, map);
   const auto began = std::chrono::steady_clock::now();
   FitOutcome result;
-  result.confidence = task.equivalence.confidence;
-  result.theory = "map";
-  result.terms = map_terms(task);
-  result.radius = result.terms.radius;
-  result.warnings = coverage_warnings(map, result.radius);
+  result.judgement.confidence = task.equivalence.confidence;
+  result.scene.theory = "map";
+  result.fitted.terms = map_terms(task);
+  result.fitted.radius = result.fitted.terms.radius;
+  result.warnings = coverage_warnings(map, result.fitted.radius);
   context.say("least squares");
   MapFitOptions options = how;
   options.threads = context.threads;
-  result.map = fit_map(map, result.terms, options);
-  result.warnings.insert(result.warnings.end(), result.map->warnings.begin(), result.map->warnings.end());
+  result.map.fit = fit_map(map, result.fitted.terms, options);
+  result.warnings.insert(result.warnings.end(), result.map.fit->warnings.begin(),
+                         result.map.fit->warnings.end());
 
-  FitResult& fit = result.fit;
-  const bool failed = result.map->status == MapFitResult::Status::kFailed;
-  const bool full_rank = result.map->status == MapFitResult::Status::kConverged;
+  FitResult& fit = result.fitted.fit;
+  const bool failed = result.map.fit->status == MapFitResult::Status::kFailed;
+  const bool full_rank = result.map.fit->status == MapFitResult::Status::kConverged;
   fit.status = failed ? FitStatus::kFailed : full_rank ? FitStatus::kConverged : FitStatus::kNotConverged;
-  fit.message = result.map->message;
-  fit.coefficients = result.map->coefficients;
-  fit.coefficient_std = result.map->coefficient_std;
-  fit.rank = result.map->rank;
-  fit.null_directions = int(result.terms.size()) - fit.rank;
+  fit.message = result.map.fit->message;
+  fit.coefficients = result.map.fit->coefficients;
+  fit.coefficient_std = result.map.fit->coefficient_std;
+  fit.rank = result.map.fit->rank;
+  fit.null_directions = int(result.fitted.terms.size()) - fit.rank;
   fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return result;
 }
@@ -166,10 +167,11 @@ void light_up_map(const Task& task, const HeightMap& map, bool with_ring, const 
                   FitOutcome* outcome) {
   if (context.stopped()) throw Interrupted("stopped before the map was done");
   context.say("light of the map");
-  outcome->map_panels = map_panels(map, task.aperture, outcome->terms, *outcome->map, context.threads);
-  outcome->map_light =
-      map_light(task, *outcome->map_panels, outcome->terms, *outcome->map, with_ring, context.threads);
-  const Warnings& warnings = outcome->map_light->warnings;
+  outcome->map.panels =
+      map_panels(map, task.aperture, outcome->fitted.terms, *outcome->map.fit, context.threads);
+  outcome->map.light = map_light(task, *outcome->map.panels, outcome->fitted.terms, *outcome->map.fit,
+                                 with_ring, context.threads);
+  const Warnings& warnings = outcome->map.light->warnings;
   outcome->warnings.insert(outcome->warnings.end(), warnings.begin(), warnings.end());
 }
 
@@ -181,14 +183,14 @@ void describe_map(const Task& task, const HeightMap& map, const PupilSample& pup
   const bool waves =
       task.trace.model ? *task.trace.model == FocusModel::kWaves : small && use.obstacle.empty();
   light_up_map(task, map, waves, context, outcome);
-  const std::string& obstacle = outcome->map_light->terms.obstacle;
+  const std::string& obstacle = outcome->map.light->terms.obstacle;
   if (task.trace.model && waves && !obstacle.empty())
     throw FieldError("trace.model", "\"waves\", but " + obstacle, "\"auto\", \"rays\"");
   if (waves && obstacle.empty())
     take_waves(outcome);
   else if (small)
     warn_of_rays(task, outcome);
-  outcome->surface = surface_numbers(pupil, field, task.wavelength);
+  outcome->fitted.surface = surface_numbers(pupil, field, task.wavelength);
 }
 
 }  // namespace aberfit

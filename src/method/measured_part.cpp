@@ -117,11 +117,11 @@ void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warn
 
 // Radius [m] that holds all but law::kUnseenLight of the energy of the terms, by rays.
 double reach_of(const FitCase& of, const FitOutcome& result) {
-  const std::optional<PupilSample> pupil = moment_pupil(of.task.aperture, result.terms);
+  const std::optional<PupilSample> pupil = moment_pupil(of.task.aperture, result.fitted.terms);
   if (!pupil) return 0;
   SurfaceField field;
-  SurfaceOperator(result.terms, *pupil, focus_operator(FocusModel::kRays, of.context.threads))
-      .apply(result.fit.coefficients, &field);
+  SurfaceOperator(result.fitted.terms, *pupil, focus_operator(FocusModel::kRays, of.context.threads))
+      .apply(result.fitted.fit.coefficients, &field);
   const Eigen::ArrayXd slope = (field.slope_x.square() + field.slope_y.square()).sqrt();
   std::vector<Eigen::Index> steepest(std::size_t(slope.size()));
   std::iota(steepest.begin(), steepest.end(), Eigen::Index(0));
@@ -134,10 +134,10 @@ double reach_of(const FitCase& of, const FitOutcome& result) {
 }
 
 void describe_part_surface(const FitCase& of, FitOutcome* result) {
-  EquivalentSurface& surface = result->surface;
-  const TermMoments exact =
-      term_moments(of.task.aperture, result->terms, result->fit.coefficients, of.context.threads)
-          .value_or(TermMoments{kNaN, kNaN});
+  EquivalentSurface& surface = result->fitted.surface;
+  const TermMoments exact = term_moments(of.task.aperture, result->fitted.terms,
+                                         result->fitted.fit.coefficients, of.context.threads)
+                                .value_or(TermMoments{kNaN, kNaN});
   surface.rms_height = exact.rms_height;
   surface.rms_slope_per_axis = exact.rms_slope_per_axis;
   surface.g = 4 * kPi * surface.rms_height / of.task.wavelength;
@@ -189,8 +189,8 @@ double part_pitch(const FitCase& of, const FitOutcome& result) {
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   const double finest = 2 * of.ground.radius / law::kMostCells;
   try {
-    return std::max(finest, wave_pitch(of.task, result.terms, judged.targets(), of.ground.split.get(), 1,
-                                       reach_of(of, result)));
+    return std::max(finest, wave_pitch(of.task, result.fitted.terms, judged.targets(), of.ground.split.get(),
+                                       1, reach_of(of, result)));
   } catch (const ComputationError&) {  // no grid is fine enough; the judgement reports it
     return finest;
   }
@@ -199,27 +199,27 @@ double part_pitch(const FitCase& of, const FitOutcome& result) {
 void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result) {
   describe_scene(of, 1, result);
   describe_part_surface(of, result);
-  result->shares->map_residual = result->map->rms_residual;
-  warn_of_band(band, *result->shares, &result->warnings);
+  result->band.shares->map_residual = result->map.fit->rms_residual;
+  warn_of_band(band, *result->band.shares, &result->warnings);
   tell_spread(of, result);
   warn_of_spread("this part, not for any other of the same specification", result);
   ask_perfect_mirror(of, result);
   tell_scatter_of_rest(of, result);
-  if (result->fit.status != FitStatus::kConverged) return;
+  if (result->fitted.fit.status != FitStatus::kConverged) return;
   of.context.say("light");
-  const LightJudgement light =
-      judge_in_light(of, result->terms, result->fit.coefficients, &result->warnings, reach_of(of, *result));
-  result->rays = focus_pupil(of.task, FocusModel::kWaves, {}, part_pitch(of, *result)).size();
-  result->verdict = light.verdict;
-  result->metrics = light.metrics;
-  result->spread.tell(&result->metrics);
+  const LightJudgement light = judge_in_light(of, result->fitted.terms, result->fitted.fit.coefficients,
+                                              &result->warnings, reach_of(of, *result));
+  result->fitted.rays = focus_pupil(of.task, FocusModel::kWaves, {}, part_pitch(of, *result)).size();
+  result->judgement.verdict = light.verdict;
+  result->judgement.metrics = light.metrics;
+  result->scene.spread.tell(&result->judgement.metrics);
   if (light.metrics.empty()) {
-    result->light = light;  // with the reason for the missing result
+    result->judgement.light = light;  // with the reason for the missing result
     return;
   }
-  result->fitted.resize(Eigen::Index(result->targets.size()));
-  for (Eigen::Index k = 0; k < result->fitted.size(); ++k)
-    result->fitted[k] = result->metrics[std::size_t(k)].model;
+  result->fitted.values.resize(Eigen::Index(result->fitted.targets.size()));
+  for (Eigen::Index k = 0; k < result->fitted.values.size(); ++k)
+    result->fitted.values[k] = result->judgement.metrics[std::size_t(k)].model;
 }
 
 }  // namespace aberfit

@@ -1,5 +1,7 @@
 #include "aberfit/method/scene_facts.h"
 
+#include "aberfit/method/groundwork.h"
+
 namespace aberfit {
 
 SceneFacts scene_facts(const Groundwork& ground, const std::string& theory) {

@@ -10,24 +10,24 @@ namespace aberfit::internal {
 namespace {}  // namespace
 
 void ask_perfect_mirror(const FitCase& of, FitOutcome* result) {
-  result->perfect = judge_perfect_mirror(of);
-  if (result->perfect && result->perfect->mismatch < 1)
+  result->judgement.perfect = judge_perfect_mirror(of);
+  if (result->judgement.perfect && result->judgement.perfect->mismatch < 1)
     result->warnings.push_back(
         {"margin-sees-nothing",
          fmt::format("the perfect mirror would pass, too: its worst statistic, {}, is {:.2g} of a tolerance "
                      "away, so a margin of {:.3g} % cannot see this roughness; take a smaller margin",
-                     result->perfect->statistic, result->perfect->mismatch,
+                     result->judgement.perfect->statistic, result->judgement.perfect->mismatch,
                      100 * of.task.equivalence.margin)});
 }
 
 void tell_spread(const FitCase& of, FitOutcome* result) {
-  result->spread = mirror_spread(of.task, of.ground, of.targets, of.context.threads);
-  result->spread.tell(&result->metrics);
-  if (result->light) result->spread.tell(&result->light->metrics);
+  result->scene.spread = mirror_spread(of.task, of.ground, of.targets, of.context.threads);
+  result->scene.spread.tell(&result->judgement.metrics);
+  if (result->judgement.light) result->scene.spread.tell(&result->judgement.light->metrics);
 }
 
 void warn_of_spread(const std::string& holds_for, FitOutcome* result) {
-  const StatisticSpread* worst = result->spread.worst();
+  const StatisticSpread* worst = result->scene.spread.worst();
   if (!worst || !(worst->tolerances > 1)) return;
   result->warnings.push_back(
       {"realisation-spread",
@@ -41,7 +41,7 @@ void tell_scatter_of_rest(const FitCase& of, FitOutcome* result) {
   of.context.say("scatter");
   const RadialPsd& rest = of.ground.split->rest();
   const ScatterFunction function(rest, of.task.wavelength);
-  ScatterOfRest& scatter = result->scatter.emplace();
+  ScatterOfRest& scatter = result->band.scatter.emplace();
   scatter.table = scatter_table(function);
   scatter.rest = psd_in_band(*of.task.psd, rest.f_min(), rest.f_max());
   const AbgFit common = fit_abg(function);

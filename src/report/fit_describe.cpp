@@ -257,7 +257,9 @@ class TermFacts {
  public:
   TermFacts() = default;
   explicit TermFacts(const FitOutcome& outcome)
-      : terms_(outcome.terms), value_(outcome.fit.coefficients), std_(outcome.fit.coefficient_std) {
+      : terms_(outcome.fitted.terms),
+        value_(outcome.fitted.fit.coefficients),
+        std_(outcome.fitted.fit.coefficient_std) {
     assert(value_.size() == 0 || value_.size() == terms_.size());
   }
   bool any() const { return value_.size() > 0; }
@@ -318,7 +320,7 @@ void describe(Facts& facts, const TermFacts& terms) {
 }  // namespace
 
 static void describe_fit(Facts& facts, const FitOutcome& result) {
-  const FitResult& fit = result.fit;
+  const FitResult& fit = result.fitted.fit;
   facts("status", fit.status, "How the solver ended.");
   facts("message", fit.message, "The same in a sentence.");
   facts("interrupted", result.interrupted, "Whether this is the best so far of a fit that was stopped.");
@@ -331,13 +333,13 @@ static void describe_fit(Facts& facts, const FitOutcome& result) {
   facts("final_cost", fit.final_cost, "Cost function at the end.");
   facts("rank", fit.rank, "Directions that the targets determine.");
   facts("null_directions", fit.null_directions, "Directions that they do not see.");
-  facts("terms", result.terms.size(), "Number of terms.");
-  facts("pupil_points", result.rays, "Rays, or by waves grid cells.");
+  facts("terms", result.fitted.terms.size(), "Number of terms.");
+  facts("pupil_points", result.fitted.rays, "Rays, or by waves grid cells.");
   facts("operator", fit.operator_choice, "How heights and slopes follow from the coefficients.");
-  facts("equivalent_surface", result.surface, "The fitted surface by its own numbers.");
+  facts("equivalent_surface", result.fitted.surface, "The fitted surface by its own numbers.");
   facts("singular_values", fit.singular_values, "Of the linearised problem, in white coordinates.");
-  facts.if_any("ray_choice", result.ray_choice, "How many points the fit has used, and why.");
-  facts.if_any("frontier", result.frontier, "The sets of terms that were tried.");
+  facts.if_any("ray_choice", result.choices.rays, "How many points the fit has used, and why.");
+  facts.if_any("frontier", result.choices.frontier, "The sets of terms that were tried.");
 }
 
 static void describe_statistics(Facts& facts, const FitOutcome& result,
@@ -346,21 +348,21 @@ static void describe_statistics(Facts& facts, const FitOutcome& result,
     assert(values.size() == 0 || values.size() == Eigen::Index(names.size()));
     facts.where(values.size() > 0, key, NamedNumbers{names, values}, meaning);
   };
-  add("start", result.start, "Of the surface that the fit began with.");
-  add("fitted", result.fitted, "Of the fitted surface on the points of the fit.");
-  add("validated", result.validated, "Of the fitted surface on fresh points.");
-  add("posterior_std", result.posterior_std,
+  add("start", result.fitted.start, "Of the surface that the fit began with.");
+  add("fitted", result.fitted.values, "Of the fitted surface on the points of the fit.");
+  add("validated", result.fitted.validated, "Of the fitted surface on fresh points.");
+  add("posterior_std", result.fitted.posterior_std,
       "Standard deviation of the fitted ones by the linearised problem.");
 }
 
 // Light's answer; `metrics` only where they are not those of the fit.
 static void describe_light(Facts& facts, const FitOutcome& result) {
-  const bool own = result.light.has_value();
-  const LightJudgement light = result.light.value_or(LightJudgement());
+  const bool own = result.judgement.light.has_value();
+  const LightJudgement light = result.judgement.light.value_or(LightJudgement());
   facts("decides", !own || light.decides, "Whether the verdict of the result is light's.");
-  facts("theory", own ? light.theory : result.theory, "What the targets come from.");
+  facts("theory", own ? light.theory : result.scene.theory, "What the targets come from.");
   facts("model", "waves", "What light is computed by.");
-  std::optional<Verdict> verdict = own ? light.verdict : result.verdict;
+  std::optional<Verdict> verdict = own ? light.verdict : result.judgement.verdict;
   if (own && light.metrics.empty()) verdict.reset();
   facts("verdict", verdict, "Light's verdict; null where it has none.");
   facts.where(!light.obstacle.empty(), "obstacle", light.obstacle, "Why it has none.");
@@ -368,9 +370,8 @@ static void describe_light(Facts& facts, const FitOutcome& result) {
 }
 
 void describe_scene(Facts& facts, const FitOutcome& result) {
-  describe(facts, SceneFacts{result.scene, result.theory, result.model, result.needed, result.model_reason,
-                             result.errors, result.mean_light, result.spread});
-  facts.if_any("band", result.band, "The part of the band that terms and points can represent.");
+  describe(facts, result.scene);
+  facts.if_any("band", result.band.use, "The part of the band that terms and points can represent.");
 }
 
 namespace {
@@ -387,33 +388,36 @@ void describe(Facts& facts, const FitScene& scene) {
 }  // namespace
 
 void describe(Facts& facts, const ResultDocument& result) {
-  const std::vector<std::string> names = unique_names(result.targets);
-  const bool split = result.shares.has_value();
-  const bool judged = result.fit.status != FitStatus::kNotRun && !(result.map && !result.has_roughness);
+  const std::vector<std::string> names = unique_names(result.fitted.targets);
+  const bool split = result.band.shares.has_value();
+  const bool judged =
+      result.fitted.fit.status != FitStatus::kNotRun && !(result.map.fit && !result.has_roughness);
   facts("scene", result.has_roughness ? std::optional(FitScene{&result}) : std::nullopt,
         "The specification, and the models that were used; null without roughness.");
-  facts.keyed("target", names, result.targets, "What each statistic should be, by its name.");
+  facts.keyed("target", names, result.fitted.targets, "What each statistic should be, by its name.");
   facts.object("fit", "How the fit went.", [&](Facts& inside) { describe_fit(inside, result); });
   facts("coefficients", TermFacts(result), "The terms; empty where nothing was fitted.");
   facts.object("statistics", "Values of all statistics.",
                [&](Facts& inside) { describe_statistics(inside, result, names); });
   facts.where(split, "split",
-              SplitFacts{split ? *result.shares : BandShares(),
-                         result.scatter ? std::optional(result.scatter->abg) : std::nullopt, result.surface},
+              SplitFacts{split ? *result.band.shares : BandShares(),
+                         result.band.scatter ? std::optional(result.band.scatter->abg) : std::nullopt,
+                         result.fitted.surface},
               "How the roughness is shared out between terms and scatter.");
-  facts.where(!result.spectrum.empty(), "spectrum", result.spectrum, "PSD bins that were fitted along.");
-  facts.where(result.map.has_value(), "map",
-              FittedMap{result.map.value_or(MapFitResult()), result.map_panels, result.map_light,
+  facts.where(!result.fitted.spectrum.empty(), "spectrum", result.fitted.spectrum,
+              "PSD bins that were fitted along.");
+  facts.where(result.map.fit.has_value(), "map",
+              FittedMap{result.map.fit.value_or(MapFitResult()), result.map.panels, result.map.light,
                         used_part(result.clear)},
               "The fit of a measured map.");
-  facts.if_any("character", result.character, "The surface beside realisations of its roughness.");
+  facts.if_any("character", result.judgement.character, "The surface beside realisations of its roughness.");
   facts.object("equivalence", "The verdict, and what it was made on.", [&](Facts& inside) {
-    inside("verdict", result.verdict, "equivalent, different or undecided.");
-    inside("metrics", result.metrics, "One entry for each statistic.");
+    inside("verdict", result.judgement.verdict, "equivalent, different or undecided.");
+    inside("metrics", result.judgement.metrics, "One entry for each statistic.");
     inside.object_where(judged, "light", "What wave optics says.",
                         [&](Facts& light) { describe_light(light, result); });
-    inside.where(judged && result.perfect.has_value(), "perfect_mirror",
-                 result.perfect.value_or(PerfectMirror()),
+    inside.where(judged && result.judgement.perfect.has_value(), "perfect_mirror",
+                 result.judgement.perfect.value_or(PerfectMirror()),
                  "How far the mirror without roughness would be from the targets.");
   });
   facts("warnings", result.warnings, "What a reader has to know.");

@@ -30,15 +30,17 @@ std::string slope(double value) { return format_quantity(value, Dimension::kAngl
 
 // What the verdict was made on.
 const std::vector<EquivalenceMetric>& decided_by(const ResultDocument& result) {
-  const auto& light = result.light;
-  return light && light->decides && !light->metrics.empty() ? light->metrics : result.metrics;
+  const auto& light = result.judgement.light;
+  return light && light->decides && !light->metrics.empty() ? light->metrics : result.judgement.metrics;
 }
 
 // The theory that a verdict is true of.
 std::string theory_words(const ResultDocument& result) {
-  if (result.light_decides && !(result.light && result.light->no_grid)) return "light";
-  if (result.light_decides) return "rays (no grid holds the pupil's phase; their model error is allowed for)";
-  return result.theory == "ghs" ? "light" : "geometric rays";
+  if (result.judgement.light_decides && !(result.judgement.light && result.judgement.light->no_grid))
+    return "light";
+  if (result.judgement.light_decides)
+    return "rays (no grid holds the pupil's phase; their model error is allowed for)";
+  return result.scene.theory == "ghs" ? "light" : "geometric rays";
 }
 
 // "ee35 -4 %"; in_spreads: also over what single mirrors differ by.
@@ -74,7 +76,7 @@ struct Tally {
   double margin = 0;
 };
 
-bool by_waves(const ResultDocument& result) { return result.model == "waves"; }
+bool by_waves(const ResultDocument& result) { return result.scene.model == "waves"; }
 
 std::string theory_name(const std::string& theory) {
   return theory == "ghs"         ? "generalised Harvey-Shack"
@@ -89,7 +91,7 @@ std::string what_would_help_here(const ResultDocument& result, const Tally& tall
     return by_waves(result) ? "The undecided statistics need a larger `equivalence.margin`."
                             : "The undecided statistics need smaller errors: more rays (`trace.rays`) or a "
                               "larger `equivalence.margin`.";
-  if (result.map)
+  if (result.map.fit)
     return "The part is what it is: `equivalence.margin` says how far it may be from the mean of its "
            "specification.";
   const auto warned = [&](const char* code) {
@@ -104,40 +106,41 @@ std::string what_would_help_here(const ResultDocument& result, const Tally& tall
       (worst->name.starts_with("rms_height") || worst->name.starts_with("scatter_")))
     return "Light and the height of the surface contradict each other where few modes carry the roughness: "
            "judge light alone (leave `statistics` out), or give a band of more modes.";
-  if (result.fit.status == FitStatus::kDegenerate)
-    return "The fit had no gradient to start along: " + result.fit.message + ".";
-  if (!result.frontier && result.surface.captured_fraction > 0 &&
-      result.surface.captured_fraction < kCarriesAll)
+  if (result.fitted.fit.status == FitStatus::kDegenerate)
+    return "The fit had no gradient to start along: " + result.fitted.fit.message + ".";
+  if (!result.choices.frontier && result.fitted.surface.captured_fraction > 0 &&
+      result.fitted.surface.captured_fraction < kCarriesAll)
     return "More terms would help: leave `terms` out and they are chosen.";
   // The terms carry the roughness; no surface has more to give than its modes.
-  const double modes = result.has_roughness ? result.scene.n_eff : 0;
-  if (result.frontier && modes > 0 && modes < double(result.targets.size()))
+  const double modes = result.has_roughness ? result.scene.numbers.n_eff : 0;
+  if (result.choices.frontier && modes > 0 && modes < double(result.fitted.targets.size()))
     return fmt::format(
         "{:.2g} modes carry the roughness (N_eff), fewer than the {} they have to meet: a larger margin or a "
         "band of more modes would help, more terms would not.",
-        modes, plural(long(result.targets.size()), "statistic"));
+        modes, plural(long(result.fitted.targets.size()), "statistic"));
   if (result.interrupted) return "The fit was interrupted: let it come to its end.";
-  if (result.fit.status != FitStatus::kConverged)
-    return "The fit ended early (" + to_string(result.fit.status) +
-           "): " + (result.fit.out_of_iterations ? "more iterations (`fit.max_iterations`), " : "") +
-           "another `fit.seed` or " + (result.frontier ? "a larger margin" : "more terms") + " would help.";
-  if (result.frontier)
+  if (result.fitted.fit.status != FitStatus::kConverged)
+    return "The fit ended early (" + to_string(result.fitted.fit.status) +
+           "): " + (result.fitted.fit.out_of_iterations ? "more iterations (`fit.max_iterations`), " : "") +
+           "another `fit.seed` or " + (result.choices.frontier ? "a larger margin" : "more terms") +
+           " would help.";
+  if (result.choices.frontier)
     return "No set of terms that was tried passes: try another `fit.seed` or a larger margin.";
   return "More terms (leave `terms` out), another `fit.seed` or a larger margin would help.";
 }
 
 std::string what_would_help(const ResultDocument& result) {
   const Tally tally(decided_by(result));
-  if (!result.light || !result.light->decides || result.light->obstacle.empty())
+  if (!result.judgement.light || !result.judgement.light->decides || result.judgement.light->obstacle.empty())
     return what_would_help_here(result, tally);
-  const std::string obstacle = "Light has no answer: " + result.light->obstacle + ".";
+  const std::string obstacle = "Light has no answer: " + result.judgement.light->obstacle + ".";
   // What decides in its place may have left something open, or nothing.
   return tally.different + tally.undecided > 0 ? obstacle + " " + what_would_help_here(result, tally)
                                                : obstacle;
 }
 
 // Least-squares terms that nothing says what to make of.
-bool only_map(const ResultDocument& result) { return result.map && !result.has_roughness; }
+bool only_map(const ResultDocument& result) { return result.map.fit && !result.has_roughness; }
 
 std::string stopped_by(const ResultDocument& result) {
   return result.stopped_by.empty() ? "" : " (stopped by " + result.stopped_by + ")";
@@ -145,44 +148,47 @@ std::string stopped_by(const ResultDocument& result) {
 
 // A measured part that is not the mean of its specification may well be one of its mirrors.
 bool part_differs(const ResultDocument& result) {
-  return result.map && result.verdict == Verdict::kDifferent;
+  return result.map.fit && result.judgement.verdict == Verdict::kDifferent;
 }
 
 std::string unjudged(const ResultDocument& result) {
   if (only_map(result))
     return fmt::format(
         "NOT JUDGED - least-squares terms of a measured map: residual {} RMS, {} on the points kept back",
-        metres_text(result.map->rms_residual), metres_text(result.map->rms_held_out));
-  if (result.fit.status == FitStatus::kNotRun) return "NOT JUDGED - nothing was fitted";
-  if (result.map && result.light) return "NOT JUDGED - light has no answer: " + result.light->obstacle;
+        metres_text(result.map.fit->rms_residual), metres_text(result.map.fit->rms_held_out));
+  if (result.fitted.fit.status == FitStatus::kNotRun) return "NOT JUDGED - nothing was fitted";
+  if (result.map.fit && result.judgement.light)
+    return "NOT JUDGED - light has no answer: " + result.judgement.light->obstacle;
   return (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", " : "") +
-         ("NOT JUDGED - fit: " + to_string(result.fit.status));
+         ("NOT JUDGED - fit: " + to_string(result.fitted.fit.status));
 }
 
 std::string judged(const ResultDocument& result, const ShownStatistics& shown, const Tally& tally) {
   std::string text =
       (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", the best so far: " : "") +
-      upper_case(to_string(result.verdict)) +
+      upper_case(to_string(result.judgement.verdict)) +
       (part_differs(result) ? " from the mean, " + worst_words(decided_by(result), shown, true) + ", in "
                             : " in ") +
       theory_words(result);
-  if (result.light && !result.light->decides && !result.light->metrics.empty())
-    text += "; in light " + upper_case(to_string(result.light->verdict)) +
-            (result.light->verdict == Verdict::kEquivalent
+  if (result.judgement.light && !result.judgement.light->decides && !result.judgement.light->metrics.empty())
+    text += "; in light " + upper_case(to_string(result.judgement.light->verdict)) +
+            (result.judgement.light->verdict == Verdict::kEquivalent
                  ? ""
-                 : " (" + worst_words(result.light->metrics, shown) + ")");
-  if (result.character) text += "; " + character_words(*result.character, result.verdict);
+                 : " (" + worst_words(result.judgement.light->metrics, shown) + ")");
+  if (result.judgement.character)
+    text += "; " + character_words(*result.judgement.character, result.judgement.verdict);
   text += " - " + tally.words();
-  if (result.confidence > 0) text += fmt::format(", {:.4g} % confidence", 100 * result.confidence);
+  if (result.judgement.confidence > 0)
+    text += fmt::format(", {:.4g} % confidence", 100 * result.judgement.confidence);
   return text + fmt::format("; {} held out", tally.held_out);
 }
 
 // What to do with a surface that is equivalent.
 std::string use_of(const ResultDocument& result) {
-  if (!result.shares || !(result.shares->rest_rms > 0))
+  if (!result.band.shares || !(result.band.shares->rest_rms > 0))
     return "Give the surface the terms (coefficients.csv or an export): they are this mirror, and nothing is "
            "left to scatter.";
-  return result.shares->cut > 0 ? std::string(kUse) + " " + kBeware : kUseWithoutTerms;
+  return result.band.shares->cut > 0 ? std::string(kUse) + " " + kBeware : kUseWithoutTerms;
 }
 
 // How sure the answer is, what it rests on and what would change it.
@@ -194,11 +200,12 @@ void add_answers(Page* page, const ResultDocument& result, const ShownStatistics
   if (const EquivalenceMetric* worst = worst_of(deciding)) {
     const Tally tally(deciding);
     say("How certain",
-        fmt::format(
-            "{}{} of {} were not seen by the fit; all were judged on {} that the fit has not used.",
-            result.confidence > 0 ? fmt::format("{:.4g} % confidence. ", 100 * result.confidence) : "",
-            tally.held_out, plural(tally.count, "statistic"),
-            by_waves(result) ? "a finer grid" : "fresh rays"));
+        fmt::format("{}{} of {} were not seen by the fit; all were judged on {} that the fit has not used.",
+                    result.judgement.confidence > 0
+                        ? fmt::format("{:.4g} % confidence. ", 100 * result.judgement.confidence)
+                        : "",
+                    tally.held_out, plural(tally.count, "statistic"),
+                    by_waves(result) ? "a finer grid" : "fresh rays"));
     const double used = std::max(std::abs(worst->interval[0]), std::abs(worst->interval[1]));
     if (std::isfinite(used))
       say("What would change it",
@@ -207,45 +214,47 @@ void add_answers(Page* page, const ResultDocument& result, const ShownStatistics
               "not be \"equivalent\".",
               shown.name(worst->name), 100 * used));
   }
-  if (const StatisticSpread* spread = result.spread.worst())
+  if (const StatisticSpread* spread = result.scene.spread.worst())
     say("One real mirror", "Single mirrors of this specification differ from their mean by " +
                                spread_words(*spread) + ", one standard deviation, at most.");
   if (result.has_roughness)
     say("What it rests on",
         fmt::format("Targets by {}, the surface by {}; a stationary, isotropic, Gaussian roughness with the "
                     "PSD that is given, and a scalar theory of light.",
-                    theory_name(result.theory), by_waves(result) ? "diffraction" : "geometric rays"));
+                    theory_name(result.scene.theory), by_waves(result) ? "diffraction" : "geometric rays"));
 }
 
 void add_headline(Page* page, const ResultDocument& result, const ShownStatistics& shown) {
-  if (only_map(result) || result.metrics.empty()) {
+  if (only_map(result) || result.judgement.metrics.empty()) {
     page->headline = unjudged(result);
     page->tone = only_map(result) ? Page::Tone::kPlain : Page::Tone::kOpen;
     return;
   }
   const Tally tally(decided_by(result));
   page->headline = judged(result, shown, tally);
-  page->tone = tone_of(result.verdict);
-  page->advice.push_back(result.verdict == Verdict::kEquivalent
+  page->tone = tone_of(result.judgement.verdict);
+  page->advice.push_back(result.judgement.verdict == Verdict::kEquivalent
                              ? use_of(result)
                              : "Worst: " + worst_words(decided_by(result), shown) + ". " +
                                    what_would_help(result));
   // An answer with a reservation is not shown in the colour of one without.
-  const bool other_character = result.character && !result.character->fault().empty();
-  const bool light_differs = result.light && !result.light->decides && !result.light->metrics.empty() &&
-                             result.light->verdict != Verdict::kEquivalent;
-  if (result.verdict == Verdict::kEquivalent && (other_character || light_differs))
+  const bool other_character = result.judgement.character && !result.judgement.character->fault().empty();
+  const bool light_differs = result.judgement.light && !result.judgement.light->decides &&
+                             !result.judgement.light->metrics.empty() &&
+                             result.judgement.light->verdict != Verdict::kEquivalent;
+  if (result.judgement.verdict == Verdict::kEquivalent && (other_character || light_differs))
     page->tone = Page::Tone::kOpen;
 }
 
 void add_map(Page* page, const ResultDocument& result) {
-  const MapFitResult& map = *result.map;
-  page->say("Map", fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, "
-                               "rank {} of {}, residuals worth {:.0f} independent points",
-                               map.points, map.held_out_points, metres_text(map.rms_map),
-                               map.condition_number, map.rank, result.terms.size(), map.independent_points) +
-                       clear_text(result.clear));
-  if (const auto& panels = result.map_panels) {
+  const MapFitResult& map = *result.map.fit;
+  page->say("Map",
+            fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, "
+                        "rank {} of {}, residuals worth {:.0f} independent points",
+                        map.points, map.held_out_points, metres_text(map.rms_map), map.condition_number,
+                        map.rank, result.fitted.terms.size(), map.independent_points) +
+                clear_text(result.clear));
+  if (const auto& panels = result.map.panels) {
     const MapPanel& measured = panels->measured;
     page->say("", fmt::format("pitch {}; RMS slope {} per axis ({} along x, {} along y)",
                               pitches_text(measured.map.pitch_x, measured.map.pitch_y),
@@ -259,35 +268,35 @@ void add_map(Page* page, const ResultDocument& result) {
 }
 
 void add_scene(Page* page, const ResultDocument& result) {
-  if (result.map) add_map(page, result);
+  if (result.map.fit) add_map(page, result);
   if (only_map(result)) return;
   if (!result.has_roughness) return page->say("Scene", "no roughness given; all targets are values");
-  const SceneNumbers& scene = result.scene;
-  page->say(result.map ? "Specified" : "Scene",
+  const SceneNumbers& scene = result.scene.numbers;
+  page->say(result.map.fit ? "Specified" : "Scene",
             fmt::format("RMS height {}, RMS slope {} per axis, correlation length {}, {:.4g} modes carry the "
                         "slope, g {:.3g}, kappa {:.3g}, TIS {:.3g} %, Airy ee90 {}, the paper's R {:.3g}",
                         metres_text(scene.rms_height), slope(scene.rms_slope_per_axis),
                         metres_text(scene.correlation_length), scene.n_eff, scene.g, scene.kappa,
                         100 * scene.tis, metres_text(scene.airy_ee90), scene.paper_ratio_r));
-  page->say("Model", fmt::format("targets {}, surface {}, needed {}: {}", result.theory, result.model,
-                                 result.needed.empty() ? "-" : result.needed,
-                                 result.model_reason.empty() ? scene.reason : result.model_reason));
-  if (const auto& errors = result.errors)
+  page->say("Model", fmt::format("targets {}, surface {}, needed {}: {}", result.scene.theory,
+                                 result.scene.model, result.scene.needed.empty() ? "-" : result.scene.needed,
+                                 result.scene.reason.empty() ? scene.reason : result.scene.reason));
+  if (const auto& errors = result.scene.errors)
     page->say("", fmt::format("generalised Harvey-Shack ee50 {}, ee80 {}, ee90 {}; rays are off by {} % "
                               "(ee50) and {} % (ee90)",
                               metres_text(errors->ghs.ee50), metres_text(errors->ghs.ee80),
                               metres_text(errors->ghs.ee90), signed_percent(errors->ray_ee50),
                               signed_percent(errors->ray_ee90)));
-  if (const StatisticSpread* worst = result.spread.worst())
+  if (const StatisticSpread* worst = result.scene.spread.worst())
     page->say("", "single mirrors of this specification differ by " + spread_words(*worst) +
                       ", one standard deviation, at most");
 }
 
 void add_solver(Page* page, const ResultDocument& result) {
-  const std::string points = plural(long(result.rays), by_waves(result) ? "grid cell" : "ray");
-  const FitResult& fit = result.fit;
-  const std::string terms = plural(long(result.terms.size()), "term");
-  if (result.map)
+  const std::string points = plural(long(result.fitted.rays), by_waves(result) ? "grid cell" : "ray");
+  const FitResult& fit = result.fitted.fit;
+  const std::string terms = plural(long(result.fitted.terms.size()), "term");
+  if (result.map.fit)
     return page->say("Fit", only_map(result) ? fmt::format("{}, {:.3g} s; light by {}", to_string(fit.status),
                                                            fit.seconds, points)
                                              : fmt::format("{}, {:.3g} s; {}, least squares",
@@ -297,12 +306,12 @@ void add_solver(Page* page, const ResultDocument& result) {
                                plural(fit.iterations, "iteration"), plural(fit.evaluations, "evaluation"),
                                fit.seconds, fit.message));
   page->say("", fmt::format("{}, {}, {}; {} of {} directions are set by the targets, {} unseen by them",
-                            terms, points, plural(long(result.targets.size()), "target"), fit.rank,
-                            result.terms.size(), fit.null_directions));
+                            terms, points, plural(long(result.fitted.targets.size()), "target"), fit.rank,
+                            result.fitted.terms.size(), fit.null_directions));
 }
 
 void add_surface(Page* page, const ResultDocument& result) {
-  const EquivalentSurface& surface = result.surface;
+  const EquivalentSurface& surface = result.fitted.surface;
   if (!(surface.rms_height > 0)) return;
   std::string text =
       fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}", metres_text(surface.rms_height),
@@ -317,10 +326,11 @@ void add_surface(Page* page, const ResultDocument& result) {
 void add_fit(Page* page, const ResultDocument& result) {
   add_solver(page, result);
   const bool cells = by_waves(result);
-  if (result.ray_choice && (result.ray_choice->automatic || cells) && !result.ray_choice->reason.empty())
-    page->say(cells ? "Cells" : "Rays", result.ray_choice->reason);
-  if (result.shares) add_band(page, *result.shares, result.scatter, result.surface);
-  if (result.frontier) add_frontier(page, *result.frontier, cells ? "cells" : "rays");
+  if (result.choices.rays && (result.choices.rays->automatic || cells) &&
+      !result.choices.rays->reason.empty())
+    page->say(cells ? "Cells" : "Rays", result.choices.rays->reason);
+  if (result.band.shares) add_band(page, *result.band.shares, result.band.scatter, result.fitted.surface);
+  if (result.choices.frontier) add_frontier(page, *result.choices.frontier, cells ? "cells" : "rays");
   add_surface(page, result);
 }
 
@@ -344,14 +354,19 @@ struct Line {
 
 std::vector<Line> statistic_lines(const ResultDocument& result) {
   std::map<std::string, const EquivalenceMetric*> judged;
-  for (const EquivalenceMetric& metric : result.metrics) judged.emplace(metric.name, &metric);
-  const std::vector<std::string> names = unique_names(result.targets);
+  for (const EquivalenceMetric& metric : result.judgement.metrics) judged.emplace(metric.name, &metric);
+  const std::vector<std::string> names = unique_names(result.fitted.targets);
   std::vector<Line> lines;
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto at = [&](const Eigen::VectorXd& v) {
       return Eigen::Index(k) < v.size() ? v[Eigen::Index(k)] : NAN;
     };
-    Line line{names[k], result.targets[k].value, at(result.fitted), at(result.validated), nullptr, true,
+    Line line{names[k],
+              result.fitted.targets[k].value,
+              at(result.fitted.values),
+              at(result.fitted.validated),
+              nullptr,
+              true,
               false};
     line.at_focus = is_at_focus(line.name);
     if (const auto it = judged.find(line.name); it != judged.end()) {
@@ -361,7 +376,7 @@ std::vector<Line> statistic_lines(const ResultDocument& result) {
     }
     lines.push_back(line);
   }
-  for (const EquivalenceMetric& metric : result.metrics)
+  for (const EquivalenceMetric& metric : result.judgement.metrics)
     if (judged.contains(metric.name))
       lines.push_back({metric.name, metric.target, NAN, metric.model, &metric, false, metric.held_out});
   return lines;
@@ -394,12 +409,12 @@ Section worst_section(const std::string& title, std::size_t count, const std::ve
 std::vector<Section> sections_of(const ResultDocument& result, const std::vector<Line>& lines, bool all) {
   const auto fitted = [](const Line& line) { return !line.held_out; };
   const auto held_out = [](const Line& line) { return line.held_out; };
-  const std::string of_map = "Statistics of the terms at the focus, by " + result.model;
+  const std::string of_map = "Statistics of the terms at the focus, by " + result.scene.model;
   if (all)
     return {section_of(only_map(result) ? of_map : "Fitted statistics", lines, fitted),
             section_of("Held-out statistics, judged but not fitted", lines, held_out)};
   return {section_of(only_map(result) ? of_map
-                     : result.map     ? "Statistics of the part at the focus"
+                     : result.map.fit ? "Statistics of the part at the focus"
                                       : "Fitted statistics at the focus",
                      lines, [](const Line& l) { return l.at_focus; }),
           worst_section("Fitted in other planes", kWorstFitted, lines,
@@ -435,8 +450,8 @@ void add_row(Page::Table* table, const Line& line, const ShownStatistics& shown,
 void add_statistics(Page* page, const ResultDocument& result, const ShownStatistics& shown, bool all) {
   const std::vector<Line> lines = statistic_lines(result);
   if (lines.empty()) return;
-  const bool with_spreads = result.map && !only_map(result);
-  const double confidence = result.confidence;
+  const bool with_spreads = result.map.fit && !only_map(result);
+  const double confidence = result.judgement.confidence;
   Page::Table table{
       "", {"", "target", "fitted", by_waves(result) ? "fresh grid" : "fresh rays", "diff. [%]"}, "lrrrr"};
   if (with_spreads) table.heads.push_back("spreads"), table.align += 'r';
@@ -454,7 +469,7 @@ void add_statistics(Page* page, const ResultDocument& result, const ShownStatist
 
 // Light's answer, where the fit's own metrics are not light's.
 void add_light(Page* page, const ResultDocument& result, const ShownStatistics& shown, bool all) {
-  const auto& light = result.light;
+  const auto& light = result.judgement.light;
   if (!light) return;
   if (light->metrics.empty()) {
     if (!light->obstacle.empty()) page->say("Light", "no answer: " + light->obstacle);
@@ -478,7 +493,7 @@ void add_light(Page* page, const ResultDocument& result, const ShownStatistics& 
 // What differences mean, and whether the margin can see the roughness.
 void add_footnotes(Page* page, const ResultDocument& result) {
   const auto any = [&](auto wanted) {
-    return std::any_of(result.metrics.begin(), result.metrics.end(), wanted);
+    return std::any_of(result.judgement.metrics.begin(), result.judgement.metrics.end(), wanted);
   };
   if (any([](const EquivalenceMetric& m) { return std::isfinite(m.tolerance_share); }))
     page->say(
@@ -493,21 +508,22 @@ void add_footnotes(Page* page, const ResultDocument& result) {
                               "whichever is larger",
                               kFlattestCurve)
                 : ""));
-  if (result.map && result.spread.worst())
+  if (result.map.fit && result.scene.spread.worst())
     page->say("spreads", "diff. over the standard deviation of it among mirrors of this specification");
-  if (result.perfect)
+  if (result.judgement.perfect)
     page->say("Perfect",
               fmt::format("the perfect mirror's worst statistic in light{} is {:.3g} tolerances away ({})",
-                          result.perfect->mismatch < 1 ? "" : " in focus", result.perfect->mismatch,
-                          name_without_unit(result.perfect->statistic)));
+                          result.judgement.perfect->mismatch < 1 ? "" : " in focus",
+                          result.judgement.perfect->mismatch,
+                          name_without_unit(result.judgement.perfect->statistic)));
 }
 
 void add_spectrum(Page* page, const ResultDocument& result) {
-  if (result.spectrum.empty()) return;
+  if (result.fitted.spectrum.empty()) return;
   Page::Table table{"PSD bins of the term surface",
                     {"band [cycles/m]", "target [m^4]", "fitted [m^4]", "diff. [%]"},
                     "lrrr"};
-  for (const SpectrumBin& bin : result.spectrum)
+  for (const SpectrumBin& bin : result.fitted.spectrum)
     table.add({fmt::format("{:.4g} .. {:.4g}", bin.low, bin.high), fmt::format("{:.4g}", bin.target),
                fmt::format("{:.4g}", bin.fitted), signed_percent(bin.fitted / bin.target - 1)});
   page->parts.push_back(std::move(table));
@@ -516,7 +532,7 @@ void add_spectrum(Page* page, const ResultDocument& result) {
 }  // namespace
 
 Page page_of(const ResultDocument& result, bool all) {
-  const ShownStatistics shown(result.targets);
+  const ShownStatistics shown(result.fitted.targets);
   Page page;
   add_headline(&page, result, shown);
   add_answers(&page, result, shown);
@@ -528,7 +544,7 @@ Page page_of(const ResultDocument& result, bool all) {
   add_light(&page, result, shown, all);
   add_footnotes(&page, result);
   add_spectrum(&page, result);
-  if (result.character) add_character(&page, *result.character);
+  if (result.judgement.character) add_character(&page, *result.judgement.character);
   page.warnings = result.warnings;
   return page;
 }

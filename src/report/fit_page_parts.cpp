@@ -146,8 +146,8 @@ void add_character(Page* page, const Character& character) {
 }
 
 void add_map_light(Page* page, const FitOutcome& outcome) {
-  if (!outcome.map_light || !outcome.map_panels) return;
-  const MapLight& light = *outcome.map_light;
+  if (!outcome.map.light || !outcome.map.panels) return;
+  const MapLight& light = *outcome.map.light;
   Page::Table table{"Light of the map in the focus, by waves", {""}, "l"};
   for (const MapColumnName& name : kMapColumns) table.heads.push_back(name.label), table.align += 'r';
   const auto row = [&](const char* name, double LitSurface::*value, Dimension dimension) {
@@ -169,7 +169,7 @@ void add_map_light(Page* page, const FitOutcome& outcome) {
                         "the mount; {} of it has no height and has that of the terms, in all columns "
                         "alike",
                         light.cells, format_percent(light.filled_share)));
-  page->say("PSD", rest_words(light, *outcome.map_panels));
+  page->say("PSD", rest_words(light, *outcome.map.panels));
 }
 
 }  // namespace aberfit::internal

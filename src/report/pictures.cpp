@@ -10,7 +10,7 @@ namespace {
 // Terms of a map without a specification have only their own light, which is that of `map_light` where rays
 // are no model of it.
 bool rays_show_nothing(const ResultDocument& result) {
-  return result.map && !result.has_roughness && result.model == "waves";
+  return result.map.fit && !result.has_roughness && result.scene.model == "waves";
 }
 
 }  // namespace
@@ -31,8 +31,8 @@ std::vector<DrawnPicture> draw_pictures(const FitPictures& fit, const std::strin
   const auto add = [&](std::optional<Picture> picture) {
     if (picture) pictures.push_back(std::move(*picture));
   };
-  if (result.map_panels) add(map_heights_picture(fit));
-  if (result.map_light) add(map_light_picture(fit));
+  if (result.map.panels) add(map_heights_picture(fit));
+  if (result.map.light) add(map_light_picture(fit));
   add(specified_psd_picture(fit));
   if (!rays_show_nothing(result)) {
     add(ee_curves_picture(fit));
@@ -42,7 +42,7 @@ std::vector<DrawnPicture> draw_pictures(const FitPictures& fit, const std::strin
     add(mtf_picture(fit));
   }
   add(bsdf_picture(fit));
-  const Eigen::VectorXd& coefficients = result.fit.coefficients;
+  const Eigen::VectorXd& coefficients = result.fitted.fit.coefficients;
   if (coefficients.size() > 0 && coefficients.size() == fit.surface_grid.terms().size()) {
     SurfaceField grid;
     fit.surface_grid.apply(coefficients, &grid);
@@ -51,8 +51,8 @@ std::vector<DrawnPicture> draw_pictures(const FitPictures& fit, const std::strin
     add(gradients_picture(fit));
     add(coefficients_picture(fit));
   }
-  if (result.character && !result.character->zones.empty()) add(character_picture(fit));
-  if (result.frontier && result.frontier->points.size() > 1) add(frontier_picture(fit));
+  if (result.judgement.character && !result.judgement.character->zones.empty()) add(character_picture(fit));
+  if (result.choices.frontier && result.choices.frontier->points.size() > 1) add(frontier_picture(fit));
   return draw(pictures, directory, options, warnings);
 }
 

@@ -22,7 +22,7 @@ PictureColumns columns(const Rows& rows, auto low, auto high) {
 }  // namespace
 
 Picture character_picture(const FitPictures& fit) {
-  const Character& character = *fit.result.character;
+  const Character& character = *fit.result.judgement.character;
   Picture picture("character", fit.result.title);
   const std::vector<std::string> header = {
       "value of the surface, mean of realisations, and the band that holds 99 % of them",

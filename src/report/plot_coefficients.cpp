@@ -13,12 +13,12 @@ namespace {
 
 // Standard deviation of coefficient i, 0 where none was computed (the band then vanishes).
 double deviation(const ResultDocument& result, Eigen::Index i) {
-  const Eigen::VectorXd& std = result.fit.coefficient_std;
+  const Eigen::VectorXd& std = result.fitted.fit.coefficient_std;
   return i < std.size() && std::isfinite(std[i]) ? std[i] : 0.0;
 }
 
 void zernike_panels(const ResultDocument& result, Picture* picture) {
-  const std::vector<ZernikeMode>& modes = result.terms.zernike;
+  const std::vector<ZernikeMode>& modes = result.fitted.terms.zernike;
   const Eigen::Index count = Eigen::Index(modes.size());
   std::vector<Eigen::Index> order(modes.size());
   std::iota(order.begin(), order.end(), 0);
@@ -36,7 +36,7 @@ void zernike_panels(const ResultDocument& result, Picture* picture) {
     noll[i] = noll_index(mode);
     n[i] = mode.n;
     m[i] = mode.m;
-    value[i] = result.fit.coefficients[k];
+    value[i] = result.fitted.fit.coefficients[k];
     std[i] = deviation(result, k);
     orders[mode.n].value2 += value[i] * value[i];
     orders[mode.n].std2 += std[i] * std[i];
@@ -72,15 +72,15 @@ void zernike_panels(const ResultDocument& result, Picture* picture) {
 }
 
 void fourier_panel(const ResultDocument& result, Picture* picture) {
-  const std::vector<FourierMode>& modes = result.terms.fourier;
+  const std::vector<FourierMode>& modes = result.fitted.terms.fourier;
   const Eigen::Index count = Eigen::Index(modes.size());
   Eigen::ArrayXd fx(count), fy(count), f(count), amplitude(count), std(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::Index k = result.terms.fourier_begin() + 2 * i;
+    const Eigen::Index k = result.fitted.terms.fourier_begin() + 2 * i;
     fx[i] = modes[std::size_t(i)].fx;
     fy[i] = modes[std::size_t(i)].fy;
     f[i] = std::hypot(fx[i], fy[i]);
-    amplitude[i] = std::hypot(result.fit.coefficients[k], result.fit.coefficients[k + 1]);
+    amplitude[i] = std::hypot(result.fitted.fit.coefficients[k], result.fitted.fit.coefficients[k + 1]);
     std[i] = std::hypot(deviation(result, k), deviation(result, k + 1));
   }
   picture->add_columns("coefficients_fourier.dat",
@@ -93,13 +93,13 @@ void fourier_panel(const ResultDocument& result, Picture* picture) {
 }
 
 void spherical_panel(const ResultDocument& result, Picture* picture) {
-  const std::vector<int>& powers = result.terms.spherical;
+  const std::vector<int>& powers = result.fitted.terms.spherical;
   const Eigen::Index count = Eigen::Index(powers.size());
   Eigen::ArrayXd power(count), value(count), std(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::Index k = result.terms.spherical_begin() + i;
+    const Eigen::Index k = result.fitted.terms.spherical_begin() + i;
     power[i] = powers[std::size_t(i)];
-    value[i] = result.fit.coefficients[k];
+    value[i] = result.fitted.fit.coefficients[k];
     std[i] = deviation(result, k);
   }
   picture->add_columns(
@@ -115,17 +115,17 @@ Picture coefficients_picture(const FitPictures& fit) {
   constexpr Eigen::Index kFewPoints = 1200;
   const ResultDocument& result = fit.result;
   Picture picture("coefficients", result.title);
-  const int zernikes = !result.terms.zernike.empty(), waves = !result.terms.fourier.empty(),
-            sphericals = !result.terms.spherical.empty();
+  const int zernikes = !result.fitted.terms.zernike.empty(), waves = !result.fitted.terms.fourier.empty(),
+            sphericals = !result.fitted.terms.spherical.empty();
   if (zernikes) zernike_panels(result, &picture);
   if (waves) fourier_panel(result, &picture);
   if (sphericals) spherical_panel(result, &picture);
   const int panels = 2 * zernikes + waves + sphericals;
-  picture.has_cloud = result.terms.size() > kFewPoints;
+  picture.has_cloud = result.fitted.terms.size() > kFewPoints;
   picture.set("zernikes", zernikes);
   picture.set("waves", waves);
   picture.set("sphericals", sphericals);
-  picture.set("deviations", int(result.fit.coefficient_std.size() > 0));
+  picture.set("deviations", int(result.fitted.fit.coefficient_std.size() > 0));
   picture.set("rows", std::min(panels, 2));
   picture.set("columns", panels > 2 ? 2 : 1);
   picture.set("width", panels > 2 ? 1500 : 1200);

@@ -25,7 +25,8 @@ struct Branch {
 std::vector<Branch> branches(const FitPictures& fit) {
   std::vector<Branch> all = {{"ideal", "ideal mirror", &fit.ideal, 2}};
   if (fit.target) all.push_back({"target", "target (Harvey-Shack)", fit.target, 3});
-  if (!fit.target || fit.result.terms.size() > 0) all.push_back({"fitted", "fitted surface", &fit.fitted, 4});
+  if (!fit.target || fit.result.fitted.terms.size() > 0)
+    all.push_back({"fitted", "fitted surface", &fit.fitted, 4});
   return all;
 }
 
@@ -82,7 +83,7 @@ double nice_step(double wanted) {
 // Targets of EE radii at the focus: (radius, fraction).
 std::pair<Eigen::ArrayXd, Eigen::ArrayXd> fitted_fractions(const ResultDocument& result) {
   std::vector<double> radius, fraction;
-  for (const Target& target : result.targets)
+  for (const Target& target : result.fitted.targets)
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic); ee && ee->dz == 0) {
       radius.push_back(target.value);
       fraction.push_back(ee->fraction);
@@ -214,7 +215,7 @@ Picture ring_through_picture(const FitPictures& fit) {
   if (!(ring > 1e-12)) ring = 2 * spot_scale(fit);
   const double last =
       within_reach(fit, kReach * ring * fit.mirror.focal_length / aperture_radius(fit.aperture));
-  const bool smooth = fit.result.model == "waves";  // rays are counted in all planes at once
+  const bool smooth = fit.result.scene.model == "waves";  // rays are counted in all planes at once
   const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(smooth ? 201 : 1001, -last, last);
   const Eigen::ArrayXd none = Eigen::ArrayXd::Constant(planes.size(), NAN);
   PictureColumns columns = {planes, none, none, none};
@@ -312,7 +313,7 @@ Picture focal_images_picture(const FitPictures& fit) {
 
 std::optional<Picture> focal_core_picture(const FitPictures& fit) {
   constexpr double kAiryRadii = 4;
-  if (fit.result.model != "waves") return std::nullopt;
+  if (fit.result.scene.model != "waves") return std::nullopt;
   const double airy = 0.61 * fit.wavelength * fit.mirror.focal_length / aperture_radius(fit.aperture);
   const double half = kAiryRadii * airy;
   // The other picture shows it already.

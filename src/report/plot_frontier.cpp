@@ -28,7 +28,7 @@ PictureColumns columns(const std::vector<FrontierPoint>& points, auto wanted) {
 }  // namespace
 
 Picture frontier_picture(const FitPictures& fit) {
-  const Frontier& frontier = *fit.result.frontier;
+  const Frontier& frontier = *fit.result.choices.frontier;
   Picture picture("frontier", fit.result.title);
   const auto add = [&](const char* suffix, auto wanted) {
     PictureColumns data = columns(frontier.points, wanted);

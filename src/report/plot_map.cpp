@@ -23,7 +23,7 @@ std::string nanometres(double metres) { return fmt::format("{:.4g} nm", 1e9 * me
 }  // namespace
 
 Picture map_heights_picture(const FitPictures& fit) {
-  const MapPanels& panels = *fit.result.map_panels;
+  const MapPanels& panels = *fit.result.map.panels;
   const HeightMap& map = panels.measured.map;
   const Eigen::Index step = (std::max(map.rows(), map.columns()) + kMostDrawn - 1) / kMostDrawn;
   const double both = colour_reach({&map.height, &panels.fitted.map.height});
@@ -58,7 +58,7 @@ Picture map_heights_picture(const FitPictures& fit) {
 
 Picture map_light_picture(const FitPictures& fit) {
   constexpr double kFaintest = 1e-5;  // of the perfect mirror's peak
-  const MapLight& light = *fit.result.map_light;
+  const MapLight& light = *fit.result.map.light;
   const double last = light.radius[light.radius.size() - 1];
   const PsfImage& first = light.perfect.psf;
   const bool images = first.intensity.size() > 0;

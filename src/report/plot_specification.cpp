@@ -72,9 +72,9 @@ std::optional<Picture> specified_psd_picture(const FitPictures& fit) {
   Picture picture("specified_psd", fit.result.title);
   picture.add_columns("specified_psd.dat",
                       {"Specified two-sided 2-D PSD", "columns: frequency_per_m psd_2d_m4"}, curve);
-  const bool has_bins = fit.result.character && !fit.result.character->psd.empty();
+  const bool has_bins = fit.result.judgement.character && !fit.result.judgement.character->psd.empty();
   if (has_bins) {
-    const PictureColumns bins = bins_of(*fit.result.character);
+    const PictureColumns bins = bins_of(*fit.result.judgement.character);
     picture.add_columns(
         "specified_psd_terms.dat",
         {"PSD of the fitted surface in bins of frequency [1/m], in m^4, and the band of 99 % of "
@@ -83,9 +83,10 @@ std::optional<Picture> specified_psd_picture(const FitPictures& fit) {
         bins);
     smallest = std::min(smallest, bins[3].minCoeff());
   }
-  const double cut = fit.result.shares && fit.result.shares->cut > low && fit.result.shares->cut < high
-                         ? fit.result.shares->cut
-                         : 0;
+  const double cut =
+      fit.result.band.shares && fit.result.band.shares->cut > low && fit.result.band.shares->cut < high
+          ? fit.result.band.shares->cut
+          : 0;
   picture.set("bins", int(has_bins));
   picture.set("cut", cut);
   picture.set("cut_text", display(cut, Dimension::kSpatialFrequency));
@@ -96,7 +97,7 @@ std::optional<Picture> specified_psd_picture(const FitPictures& fit) {
 }
 
 std::optional<Picture> bsdf_picture(const FitPictures& fit) {
-  if (!fit.psd && !fit.result.scatter) return std::nullopt;
+  if (!fit.psd && !fit.result.band.scatter) return std::nullopt;
   Picture picture("bsdf", fit.result.title);
   std::optional<ScatterTable> whole;
   if (fit.psd) {
@@ -110,9 +111,9 @@ std::optional<Picture> bsdf_picture(const FitPictures& fit) {
     tables.push_back(&*whole);
     add_scatter("whole", *whole, &picture);
   }
-  if (fit.result.scatter) {
-    tables.push_back(&fit.result.scatter->table);
-    add_scatter("rest", fit.result.scatter->table, &picture);
+  if (fit.result.band.scatter) {
+    tables.push_back(&fit.result.band.scatter->table);
+    add_scatter("rest", fit.result.band.scatter->table, &picture);
   }
   const double resolved = 0.5 * fit.wavelength / aperture_radius(fit.aperture);
   if (std::none_of(tables.begin(), tables.end(), [&](const ScatterTable* table) {
@@ -121,8 +122,9 @@ std::optional<Picture> bsdf_picture(const FitPictures& fit) {
     return std::nullopt;
   set_scatter_axes(tables, resolved, &picture);
   picture.set("has_whole", int(whole.has_value()));
-  picture.set("has_rest", int(fit.result.scatter.has_value()));
-  picture.set("rest_label", fit.result.terms.size() > 0 ? "beside the terms" : "as scatter, without terms");
+  picture.set("has_rest", int(fit.result.band.scatter.has_value()));
+  picture.set("rest_label",
+              fit.result.fitted.terms.size() > 0 ? "beside the terms" : "as scatter, without terms");
   return picture;
 }
 

@@ -159,11 +159,11 @@ Picture gradients_picture(const FitPictures& fit) {
   picture.set("sigma_y", std::max(sigma_y, 1e-15));
   picture.set("rms_x", display(sigma_x, Dimension::kAngle));
   picture.set("rms_y", display(sigma_y, Dimension::kAngle));
-  picture.set(
-      "specified",
-      fit.result.has_roughness
-          ? "specified: " + display(fit.result.scene.rms_slope_per_axis, Dimension::kAngle) + " RMS per axis"
-          : std::string());
+  picture.set("specified",
+              fit.result.has_roughness
+                  ? "specified: " + display(fit.result.scene.numbers.rms_slope_per_axis, Dimension::kAngle) +
+                        " RMS per axis"
+                  : std::string());
   return picture;
 }
 

@@ -43,7 +43,7 @@ TEST(CheckedCost, IsOfTheFitThatFollows) {
     EXPECT_GT(report.cost->verdict_seconds.value_or(0), 0);
     EXPECT_FALSE(report.cost->at_least);
     EXPECT_EQ(report.cost->residuals, Eigen::Index(report.statistics.fitted + report.statistics.guides));
-    EXPECT_EQ(report.terms.count, run_fit(study, {}).terms.size());
+    EXPECT_EQ(report.terms.count, run_fit(study, {}).fitted.terms.size());
     EXPECT_FALSE(report.terms.automatic);
     // The present memory of the process is below its peak.
     EXPECT_GT(report.cost->bytes, 1e6);

@@ -100,24 +100,25 @@ TEST(MeasuredPart, HasTheLightOfEveryFrequencyAsAHeightWithinTheSpreadOfItsRest)
   const Part part;
   const Study study = part.study(study_of("", kRoughness));
   const ResultDocument result = run_map_fit(study, {});
-  ASSERT_TRUE(result.shares && result.shares->rest_rms > 0);
-  const double cut = result.shares->cut;
+  ASSERT_TRUE(result.band.shares && result.band.shares->rest_rms > 0);
+  const double cut = result.band.shares->cut;
   EXPECT_GT(cut, 21 / (2 * EIGEN_PI * kDiameter / 2));
 
   Eigen::ArrayXd height;
   const DiffractionPupil pupil = diffraction_pupil(part.part, study.aperture, &height);
   const DiffractionProblem problem{pupil, study.mirror.focal_length, study.wavelength};
   SurfaceField terms;
-  SurfaceOperator(result.terms, pupil.sample.x, pupil.sample.y).apply(result.fit.coefficients, &terms);
+  SurfaceOperator(result.fitted.terms, pupil.sample.x, pupil.sample.y)
+      .apply(result.fitted.fit.coefficients, &terms);
   std::vector<FocalDisc> discs;
   std::vector<double> of_part, of_all, of_terms;
-  for (std::size_t k = 0; k < result.targets.size(); ++k) {
-    const auto* ee = std::get_if<EncircledEnergyRadius>(&result.targets[k].statistic);
+  for (std::size_t k = 0; k < result.fitted.targets.size(); ++k) {
+    const auto* ee = std::get_if<EncircledEnergyRadius>(&result.fitted.targets[k].statistic);
     if (!ee) continue;
-    const double radius = result.targets[k].value;
+    const double radius = result.fitted.targets[k].value;
     const Eigen::ArrayXd at = Eigen::ArrayXd::Constant(1, radius);
     discs.push_back({radius, ee->dz});
-    of_part.push_back(ee->fraction + result.metrics[k].share_difference);
+    of_part.push_back(ee->fraction + result.judgement.metrics[k].share_difference);
     of_all.push_back(diffraction_encircled_energy(problem, height, ee->dz, at)[0]);
     of_terms.push_back(diffraction_encircled_energy(problem, terms.height, ee->dz, at)[0]);
   }
@@ -173,19 +174,19 @@ TEST(MeasuredPart, AddsHeightsInSquares) {
   const Part part;
   const Study study = part.study(study_of("", kRoughness));
   const ResultDocument result = run_map_fit(study, {});
-  const BandShares& shares = *result.shares;
+  const BandShares& shares = *result.band.shares;
   const double whole = psd_moments(specification()).rms_height();
   EXPECT_NEAR(std::hypot(shares.low_rms, shares.rest_rms), whole, 1e-9 * whole);
   const ordered_json split = to_json(result, {})["split"];
   const double terms = split["terms"]["rms_height_m"], rest = split["scatter"]["rms_height_m"];
   EXPECT_NEAR(split["sum"]["rms_height_m"].get<double>(), std::hypot(terms, rest), 1e-15);
-  for (const EquivalenceMetric& metric : result.metrics) {
+  for (const EquivalenceMetric& metric : result.judgement.metrics) {
     if (metric.name != "rms_height_m") continue;
     EXPECT_NEAR(metric.model, std::hypot(terms, rest), 1e-6 * whole);
   }
   // The map is its terms and the residual; the whole part its terms and all that they leave of it.
   const double residual = split["map_residual"]["rms_height_m"];
-  EXPECT_NEAR(std::hypot(terms, residual), result.map->rms_map, 2e-3 * whole);
+  EXPECT_NEAR(std::hypot(terms, residual), result.map.fit->rms_map, 2e-3 * whole);
   // 1 + 2 + ... of the map's independent points: some percent.
   EXPECT_NEAR(residual / split["map_residual"]["specified_rms_height_m"].get<double>(), 1, 0.1);
   EXPECT_EQ(warned(result.warnings, "rest-not-as-specified"), 0);
@@ -247,11 +248,12 @@ TEST(MeasuredPart, HasNoRestWhereItsSpecificationEndsBelowTheTerms) {
   const std::string low =
       R"(, "roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": "20 /m", "f_max": "100 /m"}})";
   const ResultDocument result = run_map_fit(part.study(study_of("", low)), {});
-  ASSERT_TRUE(result.shares.has_value());
-  EXPECT_EQ(result.shares->rest_rms, 0);
-  EXPECT_FALSE(result.scatter.has_value());
-  EXPECT_FALSE(result.metrics.empty());
-  EXPECT_NE(result.shares->reason.find("there is no rest"), std::string::npos) << result.shares->reason;
+  ASSERT_TRUE(result.band.shares.has_value());
+  EXPECT_EQ(result.band.shares->rest_rms, 0);
+  EXPECT_FALSE(result.band.scatter.has_value());
+  EXPECT_FALSE(result.judgement.metrics.empty());
+  EXPECT_NE(result.band.shares->reason.find("there is no rest"), std::string::npos)
+      << result.band.shares->reason;
   EXPECT_FALSE(to_json(result, {})["split"].contains("use"));
 }
 
@@ -269,10 +271,10 @@ TEST(MeasuredPart, TakesANamedCutAndSaysWhatItLeaves) {
   EXPECT_EQ(high["terms"]["count"], 228);
   // Without a named order the terms end at the cut.
   const ResultDocument own = run_map_fit(with_band(R"({"band": "80 /m"})"), {});
-  const int order = own.terms.zernike.back().n;
+  const int order = own.fitted.terms.zernike.back().n;
   EXPECT_LE(terms_end(specification(), order, kDiameter / 2), 80);
   EXPECT_GT(terms_end(specification(), order + 1, kDiameter / 2), 80);
-  EXPECT_EQ(own.shares->cut, 80.0);
+  EXPECT_EQ(own.band.shares->cut, 80.0);
   EXPECT_EQ(warned(own.warnings, "cut-off-the-terms"), 0);
   const ResultDocument gap = run_map_fit(with_band(R"({"zernike": {"n_max": 4}, "band": "80 /m"})"), {});
   EXPECT_EQ(warned(gap.warnings, "cut-off-the-terms"), 1);

@@ -280,10 +280,10 @@ TEST(PsdTargets, AreMetBesideTheFocus) {
                      "terms": {"zernike": {"n_max": 28}}, "trace": {"rays": 16384})"),
       "study.json");
   const ResultDocument result = run_fit(study, {});
-  EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
-  ASSERT_EQ(result.spectrum.size(), 6u);
+  EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged) << result.fitted.fit.message;
+  ASSERT_EQ(result.fitted.spectrum.size(), 6u);
   const double flat = 1e-14 / (EIGEN_PI * (19.96 * 19.96 - 2.5 * 2.5));  // P0 of the specification
-  for (const SpectrumBin& bin : result.spectrum) {
+  for (const SpectrumBin& bin : result.fitted.spectrum) {
     EXPECT_LT(std::abs(std::log(bin.fitted / bin.target)), 0.02) << bin.low;
     // Inside the band the expectation over draws is the specification, but for the disc's own blur.
     EXPECT_NEAR(bin.target / flat, 1, 0.15) << bin.low;

@@ -355,10 +355,10 @@ TEST(Interruption, KeepsTheBestSoFarJudgedAndMarked) {
   for (const std::string& text : {std::string(kSeconds), explicit_terms}) {
     const ResultDocument result = stopped_after(text, 12);
     EXPECT_TRUE(result.interrupted);
-    EXPECT_GT(result.fit.coefficients.size(), 0);
-    EXPECT_TRUE(result.fit.coefficients.allFinite());
-    EXPECT_FALSE(result.metrics.empty());
-    EXPECT_LT(result.fit.iterations, 20);
+    EXPECT_GT(result.fitted.fit.coefficients.size(), 0);
+    EXPECT_TRUE(result.fitted.fit.coefficients.allFinite());
+    EXPECT_FALSE(result.judgement.metrics.empty());
+    EXPECT_LT(result.fitted.fit.iterations, 20);
     EXPECT_TRUE(std::any_of(result.warnings.begin(), result.warnings.end(),
                             [](const Warning& w) { return w.code == "interrupted"; }));
   }

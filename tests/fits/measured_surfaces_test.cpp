@@ -27,18 +27,18 @@ double ee90(const Study& study, const PupilSample& pupil, const SurfaceField& fi
 
 TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndShowsTheTermsInLight) {
   const ResultDocument result = run_map_fit(read_study(kFits + "map-zygo/study.json"), {});
-  ASSERT_TRUE(result.map.has_value());
-  EXPECT_EQ(result.fit.status, FitStatus::kConverged);
-  EXPECT_EQ(result.map->rank, 228);
-  EXPECT_LT(result.map->rms_residual, 0.25 * result.map->rms_map);
-  EXPECT_NEAR(result.map->rms_held_out / result.map->rms_residual, 1, 0.1);
+  ASSERT_TRUE(result.map.fit.has_value());
+  EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged);
+  EXPECT_EQ(result.map.fit->rank, 228);
+  EXPECT_LT(result.map.fit->rms_residual, 0.25 * result.map.fit->rms_map);
+  EXPECT_NEAR(result.map.fit->rms_held_out / result.map.fit->rms_residual, 1, 0.1);
   // At f/10 rays are no model of so small a spot: the terms' light is that of waves.
-  EXPECT_EQ(result.model, "waves");
-  ASSERT_TRUE(result.map_light && result.map_light->terms.obstacle.empty());
-  EXPECT_EQ(result.fitted[2], result.map_light->terms.ee90);
-  EXPECT_LT(result.map_light->filled_share, 0.05);
+  EXPECT_EQ(result.scene.model, "waves");
+  ASSERT_TRUE(result.map.light && result.map.light->terms.obstacle.empty());
+  EXPECT_EQ(result.fitted.values[2], result.map.light->terms.ee90);
+  EXPECT_LT(result.map.light->filled_share, 0.05);
   // Of the map and of its terms alone: the residual's share of the light is small.
-  EXPECT_NEAR(result.map_light->measured.strehl / result.map_light->terms.strehl, 1, 0.05);
+  EXPECT_NEAR(result.map.light->measured.strehl / result.map.light->terms.strehl, 1, 0.05);
   // The terms at the points of the map itself: what they leave is the residual that is stated.
   MeasuredSource source;
   source.path = kFits + "map-zygo/interferogram.dat";
@@ -49,20 +49,21 @@ TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndShowsTheTermsInLight) {
   std::vector<double> x, y, h;
   for (Eigen::Index row = 0; row < map.rows(); ++row)
     for (Eigen::Index column = 0; column < map.columns(); ++column)
-      if (std::isfinite(map.height(row, column)) && std::hypot(map.x(column), map.y(row)) <= result.radius) {
+      if (std::isfinite(map.height(row, column)) &&
+          std::hypot(map.x(column), map.y(row)) <= result.fitted.radius) {
         x.push_back(map.x(column)), y.push_back(map.y(row)), h.push_back(map.height(row, column));
       }
   const auto array = [](std::vector<double>& v) -> Eigen::ArrayXd {
     return Eigen::Map<Eigen::ArrayXd>(v.data(), Eigen::Index(v.size()));
   };
   SurfaceField field;
-  SurfaceOperator(result.terms, array(x), array(y)).apply(result.fit.coefficients, &field);
+  SurfaceOperator(result.fitted.terms, array(x), array(y)).apply(result.fitted.fit.coefficients, &field);
   // Piston and tilt were fitted along and dropped: take them off the difference.
   const Eigen::ArrayXd rest = array(h) - field.height;
   Eigen::MatrixXd plane(rest.size(), 3);
   plane << Eigen::VectorXd::Ones(rest.size()), array(x).matrix(), array(y).matrix();
   const Eigen::VectorXd left = rest.matrix() - plane * LeastSquares(plane).solve(rest.matrix());
-  EXPECT_NEAR(std::sqrt(left.squaredNorm() / double(left.size())) / result.map->rms_residual, 1, 0.02);
+  EXPECT_NEAR(std::sqrt(left.squaredNorm() / double(left.size())) / result.map.fit->rms_residual, 1, 0.02);
 }
 
 TEST(MapZygo, GivesBackTheTermsAndTheRoughnessThatWerePutIn) {
@@ -72,30 +73,30 @@ TEST(MapZygo, GivesBackTheTermsAndTheRoughnessThatWerePutIn) {
   constexpr double kLooks = 4.5;  // standard deviations: 2e-3 that one of 228 exceeds it
   double squares = 0;
   for (int noll = 4; noll <= 231; ++noll) {
-    const auto& modes = result.terms.zernike;
+    const auto& modes = result.fitted.terms.zernike;
     const auto at = std::find(modes.begin(), modes.end(), zernike_from_noll(noll)) - modes.begin();
     ASSERT_LT(std::size_t(at), modes.size());
     const auto known = truth.find(noll);
-    const double miss = (result.fit.coefficients[at] - (known == truth.end() ? 0 : known->second)) /
-                        result.fit.coefficient_std[at];
+    const double miss = (result.fitted.fit.coefficients[at] - (known == truth.end() ? 0 : known->second)) /
+                        result.fitted.fit.coefficient_std[at];
     EXPECT_LT(std::abs(miss), kLooks) << noll;
     squares += miss * miss / 228;
   }
   EXPECT_LT(std::sqrt(squares), 1.2);  // the reported deviations are not too small
   // What is left: 8 nm less the share of the 228 of the band's 5,260 modes; its own spread is 1 %.
-  EXPECT_NEAR(result.map->rms_residual / (8e-9 * std::sqrt(1 - 228. / 5260)), 1, 0.03);
+  EXPECT_NEAR(result.map.fit->rms_residual / (8e-9 * std::sqrt(1 - 228. / 5260)), 1, 0.03);
 }
 
 TEST(MapZygo, TracesToTheSameEe90FromItsGridSag) {
   constexpr double kAllowed = 1e-3;
   const Study study = read_study(kFits + "map-zygo/study.json");
   const ResultDocument result = run_map_fit(study, {});
-  const ExportInput input{result.terms,     result.fit.coefficients,  study.aperture,
-                          study.wavelength, study.output.export_grid, study.title};
+  const ExportInput input{result.fitted.terms, result.fitted.fit.coefficients, study.aperture,
+                          study.wavelength,    study.output.export_grid,       study.title};
   const test::SagFile file = test::parse_sag_file(export_file(ExportFormat::kZemaxGridSag, input).second);
   const PupilSample pupil = make_pupil(study.aperture, {PupilLayout::kPolar, 65536, 1});
   SurfaceField truth, read;
-  SurfaceOperator(result.terms, pupil.x, pupil.y).apply(result.fit.coefficients, &truth);
+  SurfaceOperator(result.fitted.terms, pupil.x, pupil.y).apply(result.fitted.fit.coefficients, &truth);
   read.resize(pupil.size());
   for (Eigen::Index i = 0; i < pupil.size(); ++i) {
     const test::SagPoint point = test::evaluate(file, pupil.x[i], pupil.y[i], test::Interpolation::kBicubic);
@@ -132,14 +133,15 @@ TEST_P(MeasuredProfile, GivesAModelOfItsBinsAndTermsWithThatFocus) {
   EXPECT_LT(in_bins / in_model, boost::math::quantile(chance, 0.999) / dof) << dof;
 
   const ResultDocument result = run_fit(study, {});
-  EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
-  const double rest = result.shares ? result.shares->rest_rms : 0;
-  EXPECT_NEAR(std::hypot(result.surface.rms_height, rest) / rms_height_on(study.aperture, model), 1, 2e-3);
-  if (result.shares) {
-    EXPECT_GE(result.perfect->mismatch, 5);  // a margin that sees the roughness
+  EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged) << result.fitted.fit.message;
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
+  const double rest = result.band.shares ? result.band.shares->rest_rms : 0;
+  EXPECT_NEAR(std::hypot(result.fitted.surface.rms_height, rest) / rms_height_on(study.aperture, model), 1,
+              2e-3);
+  if (result.band.shares) {
+    EXPECT_GE(result.judgement.perfect->mismatch, 5);  // a margin that sees the roughness
   } else {
-    EXPECT_TRUE(result.scene.kappa_rule_allows_rays) << result.scene.reason;
+    EXPECT_TRUE(result.scene.numbers.kappa_rule_allows_rays) << result.scene.numbers.reason;
   }
 }
 

@@ -24,20 +24,20 @@ TEST(SmoothWaves, MeetTheHarveyShackFocusThroughDiffraction) {
   const Study study = smooth_waves();
   const ResultDocument result = run_fit(study, {});
   test::expect_what_the_file_says(to_json(result, resolved(study, result)), kFolder);
-  EXPECT_EQ(result.theory, "ghs");
-  EXPECT_EQ(result.model, "waves");
-  EXPECT_LT(result.scene.kappa, 0.85);
-  EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
+  EXPECT_EQ(result.scene.theory, "ghs");
+  EXPECT_EQ(result.scene.model, "waves");
+  EXPECT_LT(result.scene.numbers.kappa, 0.85);
+  EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged) << result.fitted.fit.message;
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
   std::size_t held_out = 0;
-  for (const EquivalenceMetric& metric : result.metrics) {
+  for (const EquivalenceMetric& metric : result.judgement.metrics) {
     held_out += metric.held_out;
     if (!metric.held_out) {
       EXPECT_LE(std::abs(metric.difference), kMeets) << metric.name;
     }
     EXPECT_EQ(metric.verdict, Verdict::kEquivalent) << metric.name;
   }
-  EXPECT_EQ(result.targets.size(), 66u);
+  EXPECT_EQ(result.fitted.targets.size(), 66u);
   EXPECT_EQ(held_out, 90u);
 }
 
@@ -45,10 +45,11 @@ TEST(SmoothWaves, ForcedToRaysAreDifferentAndSayWhy) {
   Study study = smooth_waves();
   study.target.theory = Theory::kGeometric;
   const ResultDocument result = run_fit(study, {});
-  EXPECT_EQ(result.model, "rays");
-  EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;  // of what rays can see
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent);                            // of the theory that was named
-  ASSERT_TRUE(result.light.has_value());
-  EXPECT_EQ(result.light->verdict, Verdict::kDifferent);
+  EXPECT_EQ(result.scene.model, "rays");
+  EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged)
+      << result.fitted.fit.message;                           // of what rays can see
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);  // of the theory that was named
+  ASSERT_TRUE(result.judgement.light.has_value());
+  EXPECT_EQ(result.judgement.light->verdict, Verdict::kDifferent);
   EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT in geometric rays; in light DIFFERENT ("), 0u);
 }

@@ -28,7 +28,7 @@ ResultDocument fitted(double rms_nm, double correlation_mm) {
 
 double widest(const ResultDocument& result) {
   double widest = 0;
-  for (const EquivalenceMetric& metric : result.metrics)
+  for (const EquivalenceMetric& metric : result.judgement.metrics)
     widest = std::max(widest, 0.5 * (metric.interval[1] - metric.interval[0]) / metric.margin);
   return widest;
 }
@@ -36,12 +36,12 @@ double widest(const ResultDocument& result) {
 TEST(AllScatter, DrawsMoreMirrorsWhereTheySpreadTooFarToTell) {
   const ResultDocument steady = fitted(6, 0.5), wide = fitted(19.45, 1.0195);
   for (const ResultDocument* result : {&steady, &wide}) {
-    ASSERT_EQ(result->terms.size(), 0);
-    EXPECT_EQ(result->verdict, Verdict::kEquivalent);
+    ASSERT_EQ(result->fitted.terms.size(), 0);
+    EXPECT_EQ(result->judgement.verdict, Verdict::kEquivalent);
   }
-  EXPECT_EQ(steady.metrics.front().degrees_of_freedom, law::kGroups - 1);
+  EXPECT_EQ(steady.judgement.metrics.front().degrees_of_freedom, law::kGroups - 1);
   EXPECT_LE(widest(steady), law::kShareOfMargin);
-  const double draws = wide.metrics.front().degrees_of_freedom + 1;
+  const double draws = wide.judgement.metrics.front().degrees_of_freedom + 1;
   EXPECT_GT(draws, law::kGroups);
   EXPECT_LE(draws, law::kMostDraws);
   EXPECT_TRUE(draws == law::kMostDraws || widest(wide) < 0.4);
@@ -57,15 +57,15 @@ TEST(AllScatter, DrawsSurfacesAloneUntilTheirHeightIsKnown) {
         "equivalence": {"margin": "1.5 %"}, "output": {"pictures": "none"}})",
                   "study.json"),
       {});
-  ASSERT_EQ(result.terms.size(), 0);
+  ASSERT_EQ(result.fitted.terms.size(), 0);
   const auto height =
-      std::find_if(result.metrics.begin(), result.metrics.end(),
+      std::find_if(result.judgement.metrics.begin(), result.judgement.metrics.end(),
                    [](const EquivalenceMetric& metric) { return metric.name == "rms_height_m"; });
-  ASSERT_NE(height, result.metrics.end());
+  ASSERT_NE(height, result.judgement.metrics.end());
   EXPECT_LT(0.5 * (height->interval[1] - height->interval[0]) / height->margin, 0.4);
   // kMostDraws mirrors would give a wider interval of the height.
-  EXPECT_LE(result.metrics.front().degrees_of_freedom, law::kMostDraws - 1);
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
+  EXPECT_LE(result.judgement.metrics.front().degrees_of_freedom, law::kMostDraws - 1);
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
 }
 
 // The number of mirrors with images is limited, and only statistics of the surface use further surfaces.
@@ -80,8 +80,8 @@ TEST(AllScatter, DrawsNoSurfacesWhereLightAloneIsJudged) {
         {"band": "10 /m"}, "target": {"statistics": {"ee50": {}, "ee90": {}}}, "output": {"pictures": "none"}})",
                   "study.json"),
       options);
-  ASSERT_EQ(result.terms.size(), 0);
-  EXPECT_EQ(result.metrics.front().degrees_of_freedom, law::kMostDraws - 1);
+  ASSERT_EQ(result.fitted.terms.size(), 0);
+  EXPECT_EQ(result.judgement.metrics.front().degrees_of_freedom, law::kMostDraws - 1);
   EXPECT_EQ(said.find("heights and slopes"), std::string::npos);
 }
 

@@ -153,19 +153,21 @@ TEST(BandChoice, RefusesACutThatNoLightMultiplies) {
 TEST(BandChoice, AFitShowsBothPartsAndRunsAgainFromItsResolvedStudy) {
   const Study study = parse_study(scene(25, 400, R"(, "equivalence": {"margin": "3 %"})"), "study.json");
   const ResultDocument result = run_fit(study, {});
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
-  ASSERT_TRUE(result.shares && result.scatter);
-  EXPECT_NEAR(std::hypot(result.surface.rms_height, result.shares->rest_rms), 25e-9, 0.03 * 25e-9);
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
+  ASSERT_TRUE(result.band.shares && result.band.scatter);
+  EXPECT_NEAR(std::hypot(result.fitted.surface.rms_height, result.band.shares->rest_rms), 25e-9,
+              0.03 * 25e-9);
   // Both are averages over the aperture, whose rim is tilted by 1/24 at f/6.
-  EXPECT_NEAR(result.scatter->table.tis, result.shares->tis, 5e-3 * result.shares->tis);
+  EXPECT_NEAR(result.band.scatter->table.tis, result.band.shares->tis, 5e-3 * result.band.shares->tis);
   const nlohmann::ordered_json json = to_json(result, resolved(study, result));
-  EXPECT_EQ(json["split"]["cut_per_m"], result.shares->cut);
-  EXPECT_EQ(json["study"]["terms"]["band"], result.shares->cut);
+  EXPECT_EQ(json["split"]["cut_per_m"], result.band.shares->cut);
+  EXPECT_EQ(json["study"]["terms"]["band"], result.band.shares->cut);
   const std::string table = text_of(page_of(result, true));
   EXPECT_NE(table.find("Band"), std::string::npos);
   const ResultDocument again = run_fit(parse_study(json["study"].dump(), "study.json"), {});
-  ASSERT_EQ(again.terms.size(), result.terms.size());
-  EXPECT_LT((again.fit.coefficients - result.fit.coefficients).norm(), 1e-9 * result.fit.coefficients.norm());
+  ASSERT_EQ(again.fitted.terms.size(), result.fitted.terms.size());
+  EXPECT_LT((again.fitted.fit.coefficients - result.fitted.fit.coefficients).norm(),
+            1e-9 * result.fitted.fit.coefficients.norm());
 }
 
 // Under a theory of rays, scatter is an independent slope of each ray; wave optics is shown beside it.
@@ -180,26 +182,28 @@ TEST(BandChoice, RaysAreSplitWhereTheStudySaysAndTheirVerdictIsAboutTheWhole) {
   EXPECT_EQ(layout.targets.theory, "geometric");
   EXPECT_NEAR(psd_moments(*layout.ground.prior_psd).rms_height(), layout.ground.shares->low_rms, 1e-15);
   const ResultDocument result = run_fit(parse_study(text, "study.json"), {});
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
-  ASSERT_TRUE(result.shares && result.scatter && result.light);
-  EXPECT_NEAR(std::hypot(result.surface.rms_height, result.shares->rest_rms), 250e-9, 0.03 * 250e-9);
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
+  ASSERT_TRUE(result.band.shares && result.band.scatter && result.judgement.light);
+  EXPECT_NEAR(std::hypot(result.fitted.surface.rms_height, result.band.shares->rest_rms), 250e-9,
+              0.03 * 250e-9);
   // The RMS slope of the terms alone is below that of the whole mirror.
   const double whole = psd_moments(*layout.ground.psd).rms_slope_per_axis();
-  EXPECT_LT(result.surface.rms_slope_per_axis, 0.8 * whole);
-  EXPECT_NEAR(std::hypot(result.surface.rms_slope_per_axis, result.shares->rest_slope) / whole, 1, 0.03);
+  EXPECT_LT(result.fitted.surface.rms_slope_per_axis, 0.8 * whole);
+  EXPECT_NEAR(std::hypot(result.fitted.surface.rms_slope_per_axis, result.band.shares->rest_slope) / whole, 1,
+              0.03);
   EXPECT_NE(text_of(page_of(result, true)).find("in light"), std::string::npos);
 }
 
 TEST(BandChoice, WithoutTermsTheVerdictRestsOnDraws) {
   const std::string smooth = scene(2, 4000, "", 60);
   const ResultDocument result = run_fit(parse_study(smooth, "study.json"), {});
-  ASSERT_TRUE(result.shares);
-  EXPECT_EQ(result.shares->cut, 0);
-  EXPECT_EQ(result.terms.size(), 0);
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
-  ASSERT_GT(result.metrics.size(), 100u);
+  ASSERT_TRUE(result.band.shares);
+  EXPECT_EQ(result.band.shares->cut, 0);
+  EXPECT_EQ(result.fitted.terms.size(), 0);
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
+  ASSERT_GT(result.judgement.metrics.size(), 100u);
   int scattered = 0;
-  for (const EquivalenceMetric& metric : result.metrics) {
+  for (const EquivalenceMetric& metric : result.judgement.metrics) {
     scattered += metric.standard_error > 0;
     EXPECT_TRUE(metric.degrees_of_freedom < 1e3 || metric.standard_error == 0) << metric.name;
   }
@@ -209,7 +213,7 @@ TEST(BandChoice, WithoutTermsTheVerdictRestsOnDraws) {
       0.8, 4000,
       R"(, "terms": {"band": "1 /m"}, "target": {"statistics": {"ee50": {"value": "2.2 um"}, "rms_height": {}}})",
       60);
-  EXPECT_EQ(run_fit(parse_study(other, "study.json"), {}).verdict, Verdict::kDifferent);
+  EXPECT_EQ(run_fit(parse_study(other, "study.json"), {}).judgement.verdict, Verdict::kDifferent);
 }
 
 // With balanced spherical aberration the peak of a ring passes the focus between two radii, while its ends

@@ -64,14 +64,14 @@ TEST(EeWithin, IsMetByRaysAndByWaves) {
     const Study study = study_of(R"({"ee_within": {"radii": ["10 um", "25 um", "50 um"]}, "ee80": {}})",
                                  theory, *theory ? "200 nm" : "40 nm");
     const ResultDocument result = run_fit(study, {});
-    EXPECT_EQ(result.model, *theory ? "rays" : "waves");
-    EXPECT_EQ(result.fit.status, FitStatus::kConverged);
+    EXPECT_EQ(result.scene.model, *theory ? "rays" : "waves");
+    EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged);
     const std::string json = to_json(result, resolved(study, result)).dump();
     EXPECT_NE(json.find("\"ee_within_25um\""), std::string::npos) << json;
     for (std::size_t k = 0; k < 3; ++k) {
-      const EquivalenceMetric& metric = result.metrics[k];
+      const EquivalenceMetric& metric = result.judgement.metrics[k];
       EXPECT_EQ(metric.verdict, Verdict::kEquivalent) << metric.name << theory;
-      const double share = result.validated[Eigen::Index(k)] - result.targets[k].value;
+      const double share = result.fitted.validated[Eigen::Index(k)] - result.fitted.targets[k].value;
       EXPECT_LT(std::abs(share), 0.03 * kFlattestCurve);
       EXPECT_NEAR(metric.share_difference, share, 1e-12);
       EXPECT_NEAR(metric.difference, share / kFlattestCurve, 1e-12);

@@ -56,33 +56,33 @@ TEST(LawOfTerms, TakesTheWholeFrequencyGridWhereOrdersEndAndRingsWhereThatIsTooM
 TEST(LawOfTerms, ResolvesToAStudyThatGivesTheSameFit) {
   const Study study = study_to(8, R"(, "output": {"pictures": "none"})");
   const ResultDocument found = run_fit(study, {});
-  EXPECT_EQ(found.verdict, Verdict::kEquivalent);
-  ASSERT_TRUE(found.frontier);
-  EXPECT_EQ(found.frontier->points.size(), 1u);
-  EXPECT_FALSE(found.frontier->fewest);
+  EXPECT_EQ(found.judgement.verdict, Verdict::kEquivalent);
+  ASSERT_TRUE(found.choices.frontier);
+  EXPECT_EQ(found.choices.frontier->points.size(), 1u);
+  EXPECT_FALSE(found.choices.frontier->fewest);
   const ResultDocument again =
-      run_fit(parse_study(resolved_study(study, found.chosen).dump(), "study.json"), {});
-  EXPECT_EQ(again.fit.coefficients, found.fit.coefficients);
+      run_fit(parse_study(resolved_study(study, found.choices.values).dump(), "study.json"), {});
+  EXPECT_EQ(again.fitted.fit.coefficients, found.fitted.fit.coefficients);
 }
 
 TEST(Fewest, AreEquivalentAndNoMoreThanTheLawsAndATenthLowerIsNot) {
   Study study = study_to(19.96, R"(, "terms": "fewest", "output": {"pictures": "none"})");
   const ResultDocument found = run_fit(study, {});
-  ASSERT_EQ(found.verdict, Verdict::kEquivalent);
-  ASSERT_TRUE(found.frontier);
-  EXPECT_TRUE(found.frontier->fewest);
+  ASSERT_EQ(found.judgement.verdict, Verdict::kEquivalent);
+  ASSERT_TRUE(found.choices.frontier);
+  EXPECT_TRUE(found.choices.frontier->fewest);
   int passed = 0, failed = 0;  // lowest order that passes, highest that fails
-  for (const FrontierPoint& point : found.frontier->points) {
+  for (const FrontierPoint& point : found.choices.frontier->points) {
     if (point.passes && (passed == 0 || point.order < passed)) passed = point.order;
     if (!point.passes) failed = std::max(failed, point.order);
     if (point.chosen) {
-      EXPECT_EQ(point.order, found.terms.zernike.back().n);
+      EXPECT_EQ(point.order, found.fitted.terms.zernike.back().n);
     }
   }
-  EXPECT_EQ(found.terms.zernike.back().n, passed);
+  EXPECT_EQ(found.fitted.terms.zernike.back().n, passed);
   EXPECT_LT(passed, *law_of(study_to(19.96)).zernike->n_max);
   EXPECT_LE(passed, std::ceil(law::kFewestWithin * failed));
-  EXPECT_NE(found.frontier->message.find("held-out statistics chose them"), std::string::npos);
+  EXPECT_NE(found.choices.frontier->message.find("held-out statistics chose them"), std::string::npos);
 }
 
 // Random starts are tried in turn. A study with the number tried gives the same fit.
@@ -94,9 +94,9 @@ TEST(Starts, GoOnUntilOneIsEquivalent) {
     return run_fit(study, {});
   };
   const ResultDocument one = fitted(1), three = fitted(3);
-  ASSERT_NE(one.verdict, Verdict::kEquivalent) << "nothing tested";
-  EXPECT_EQ(one.chosen.starts, 1);
-  EXPECT_GT(three.chosen.starts, 1);
+  ASSERT_NE(one.judgement.verdict, Verdict::kEquivalent) << "nothing tested";
+  EXPECT_EQ(one.choices.values.starts, 1);
+  EXPECT_GT(three.choices.values.starts, 1);
 }
 
 }  // namespace

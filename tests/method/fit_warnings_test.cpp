@@ -61,10 +61,10 @@ struct Fitted {
     attempt.bench =
         std::make_shared<const Workbench>(study, FocusModel::kRays, plan.pupil, 0, terms->terms, 1);
     attempt.result = outcome_of(of, plan);
-    attempt.result.fit.status = FitStatus::kConverged;
-    attempt.result.fit.coefficients = Eigen::VectorXd::Zero(terms->terms.size());
-    attempt.result.rays = 30 * terms->terms.size();
-    attempt.fresh.rays = 4 * attempt.result.rays;
+    attempt.result.fitted.fit.status = FitStatus::kConverged;
+    attempt.result.fitted.fit.coefficients = Eigen::VectorXd::Zero(terms->terms.size());
+    attempt.result.fitted.rays = 30 * terms->terms.size();
+    attempt.fresh.rays = 4 * attempt.result.fitted.rays;
     change(&attempt);
     conclude(of, &attempt);
     return attempt.result;
@@ -86,7 +86,7 @@ TEST(FitWarnings, FewRaysBelowThirtyATermWithMoreThanTenTargets) {
   const Fitted eleven(scene(with_values(11))), ten(scene(with_values(10)));
   ASSERT_EQ(eleven.terms->terms.size(), 12);
   const auto with_rays = [](Eigen::Index rays) {
-    return [rays](Attempt* attempt) { attempt->result.rays = rays; };
+    return [rays](Attempt* attempt) { attempt->result.fitted.rays = rays; };
   };
   const std::vector<std::string> found = messages(eleven.concluded(with_rays(359)), "few-rays");
   ASSERT_EQ(found.size(), 1u);
@@ -100,15 +100,16 @@ TEST(FitWarnings, FewRaysIsNoWordOfWaves) {
   Fitted waves(scene(with_values(11)));
   waves.layout.ground.use.model = FocusModel::kWaves;
   EXPECT_TRUE(
-      messages(waves.concluded([](Attempt* attempt) { attempt->result.rays = 12; }), "few-rays").empty());
+      messages(waves.concluded([](Attempt* attempt) { attempt->result.fitted.rays = 12; }), "few-rays")
+          .empty());
 }
 
 TEST(FitWarnings, NotConvergedGivesTheSolversReason) {
   const Fitted fitted(scene(with_values(1)));
   const auto ended = [](FitStatus status) {
     return [status](Attempt* attempt) {
-      attempt->result.fit.status = status;
-      attempt->result.fit.message = "it ran out of patience";
+      attempt->result.fitted.fit.status = status;
+      attempt->result.fitted.fit.message = "it ran out of patience";
     };
   };
   const std::vector<std::string> found =
@@ -135,7 +136,7 @@ TEST(FitWarnings, AbsurdSurfaceAboveThreeTimesTheHeightItsTermsStandFor) {
   const Fitted fitted(scene(kSteep));
   const double specified = psd_moments(*fitted.layout.ground.term_psd).rms_height();
   const auto with_height = [&](double times) {
-    return [=](Attempt* attempt) { attempt->result.fit.coefficients[2] = times * specified; };
+    return [=](Attempt* attempt) { attempt->result.fitted.fit.coefficients[2] = times * specified; };
   };
   const std::vector<std::string> found = messages(fitted.concluded(with_height(3.1)), "absurd-surface");
   ASSERT_EQ(found.size(), 1u);
@@ -150,22 +151,22 @@ TEST(FitWarnings, SurfaceRegimeWhereTheFittedSurfaceCallsForAnotherModel) {
   const Eigen::VectorXd draw =
       fitted.terms->prior.colour(draw_white(fitted.terms->terms.size(), fitted.study.fit.seed));
   const auto with_height = [&](double factor) {
-    return fitted.concluded([&](Attempt* a) { a->result.fit.coefficients = factor * draw; });
+    return fitted.concluded([&](Attempt* a) { a->result.fitted.fit.coefficients = factor * draw; });
   };
   const FitOutcome flat = with_height(0.02), like = with_height(1);
   const std::vector<std::string> found = messages(flat, "surface-regime");
   ASSERT_EQ(found.size(), 1u);
   EXPECT_TRUE(says(found, "calls for waves")) << found[0];
   EXPECT_TRUE(says(found, "calls for rays")) << found[0];
-  EXPECT_EQ(flat.surface.needed, "waves");
+  EXPECT_EQ(flat.fitted.surface.needed, "waves");
   EXPECT_TRUE(messages(like, "surface-regime").empty());
-  EXPECT_EQ(like.surface.needed, "rays");
+  EXPECT_EQ(like.fitted.surface.needed, "rays");
 }
 
 TEST(FitWarnings, ReachTheResultOfARun) {
   const ResultDocument result = run_fit(parse_study(scene(with_values(11)), "study.json"), {});
-  EXPECT_EQ(result.fit.status, FitStatus::kNotConverged) << result.fit.message;
-  EXPECT_TRUE(says(messages(result, "not-converged"), result.fit.message));
+  EXPECT_EQ(result.fitted.fit.status, FitStatus::kNotConverged) << result.fitted.fit.message;
+  EXPECT_TRUE(says(messages(result, "not-converged"), result.fitted.fit.message));
   EXPECT_TRUE(says(messages(result, "few-rays"), "single rays"));
 }
 

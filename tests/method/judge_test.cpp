@@ -35,30 +35,30 @@ TEST(Judgement, ANamedTheoryDecidesAndLightsAnswerStandsBeside) {
                           R"(, "terms": {"zernike": {"n_max": 28}}, "equivalence": {"margin": "1 %"})"),
                   "study.json");
   const ResultDocument result = run_fit(study, {});
-  EXPECT_EQ(result.model, "rays");
-  EXPECT_EQ(result.needed, "waves");
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
-  EXPECT_EQ(result.verdict, overall(result.metrics));
-  ASSERT_TRUE(result.light.has_value());
-  EXPECT_FALSE(result.light->decides);
-  EXPECT_EQ(result.light->verdict, Verdict::kDifferent);
+  EXPECT_EQ(result.scene.model, "rays");
+  EXPECT_EQ(result.scene.needed, "waves");
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
+  EXPECT_EQ(result.judgement.verdict, overall(result.judgement.metrics));
+  ASSERT_TRUE(result.judgement.light.has_value());
+  EXPECT_FALSE(result.judgement.light->decides);
+  EXPECT_EQ(result.judgement.light->verdict, Verdict::kDifferent);
   // The wave-optics targets are Harvey-Shack's, not those of the fit.
   const GeneralisedHarveyShack ghs(RadialPsd(UniformPsd{25.18e-9, 2.5, 19.96}), Mirror{kFocal, -1, {}},
                                    CircleAperture{kDiameter}, kLambda);
-  ASSERT_EQ(result.light->metrics.size(), result.targets.size());
-  const auto at = std::find_if(result.light->metrics.begin(), result.light->metrics.end(),
+  ASSERT_EQ(result.judgement.light->metrics.size(), result.fitted.targets.size());
+  const auto at = std::find_if(result.judgement.light->metrics.begin(), result.judgement.light->metrics.end(),
                                [](const EquivalenceMetric& m) { return m.name == "ee90_radius_m"; });
-  ASSERT_NE(at, result.light->metrics.end());
+  ASSERT_NE(at, result.judgement.light->metrics.end());
   const EquivalenceMetric& ee90 = *at;
-  const auto k = std::size_t(at - result.light->metrics.begin());
+  const auto k = std::size_t(at - result.judgement.light->metrics.begin());
   EXPECT_NEAR(ee90.target / ghs.encircled_energy_radius(0.9, 0), 1, 1e-9);
-  EXPECT_GT(std::abs(result.targets[k].value / ee90.target - 1), 0.05);
+  EXPECT_GT(std::abs(result.fitted.targets[k].value / ee90.target - 1), 0.05);
   EXPECT_NEAR(ee90.difference * ee90.tolerance_share, -ee90.share_difference * ee90.margin, 1e-15);
   const ordered_json json = to_json(result, {})["equivalence"];
   EXPECT_EQ(json["verdict"], "equivalent");
   EXPECT_EQ(json["light"]["decides"], false);
   EXPECT_EQ(json["light"]["verdict"], "different");
-  EXPECT_EQ(json["light"]["metrics"].size(), result.targets.size());
+  EXPECT_EQ(json["light"]["metrics"].size(), result.fitted.targets.size());
   EXPECT_EQ(json["light"]["metrics"][k]["tolerance_share"], ee90.tolerance_share);
   const std::string table = text_of(page_of(result, false));
   EXPECT_EQ(table.find("EQUIVALENT in geometric rays; in light DIFFERENT (ee"), 0u) << table.substr(0, 120);
@@ -69,14 +69,14 @@ TEST(Judgement, RaysThatMeetLightAreJudgedInLight) {
       run_fit(lenient_study(kRough, "{" + std::string(kFew),
                             R"(, "terms": {"zernike": {"n_max": 16}}, "equivalence": {"margin": "20 %"})"),
               {});
-  EXPECT_EQ(result.theory, "ghs");
-  EXPECT_EQ(result.model, "rays");
-  EXPECT_EQ(result.needed, "rays");
-  ASSERT_TRUE(result.light.has_value());
-  EXPECT_TRUE(result.light->decides);
-  EXPECT_FALSE(result.light->metrics.empty());
-  EXPECT_EQ(result.verdict, result.light->verdict);
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
+  EXPECT_EQ(result.scene.theory, "ghs");
+  EXPECT_EQ(result.scene.model, "rays");
+  EXPECT_EQ(result.scene.needed, "rays");
+  ASSERT_TRUE(result.judgement.light.has_value());
+  EXPECT_TRUE(result.judgement.light->decides);
+  EXPECT_FALSE(result.judgement.light->metrics.empty());
+  EXPECT_EQ(result.judgement.verdict, result.judgement.light->verdict);
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
   EXPECT_EQ(to_json(result, {})["equivalence"]["light"]["decides"], true);
   EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT in light; "), 0u);
 }
@@ -84,20 +84,21 @@ TEST(Judgement, RaysThatMeetLightAreJudgedInLight) {
 // At 3,600 grid cells across, rays decide, and every interval includes their difference to wave optics.
 TEST(Judgement, WhereNoGridHoldsThePhaseRaysDecideWithTheirModelError) {
   const ResultDocument result = run_fit(lenient_study(kSteep, "{" + std::string(kFew)), {});
-  EXPECT_EQ(result.model, "rays");
-  ASSERT_TRUE(result.light.has_value());
-  EXPECT_TRUE(result.light->no_grid);
-  EXPECT_TRUE(result.light->metrics.empty());
-  EXPECT_NE(result.light->obstacle.find("cells across"), std::string::npos) << result.light->obstacle;
-  EXPECT_EQ(result.verdict, overall(result.metrics));
-  for (const EquivalenceMetric& metric : result.metrics) {
+  EXPECT_EQ(result.scene.model, "rays");
+  ASSERT_TRUE(result.judgement.light.has_value());
+  EXPECT_TRUE(result.judgement.light->no_grid);
+  EXPECT_TRUE(result.judgement.light->metrics.empty());
+  EXPECT_NE(result.judgement.light->obstacle.find("cells across"), std::string::npos)
+      << result.judgement.light->obstacle;
+  EXPECT_EQ(result.judgement.verdict, overall(result.judgement.metrics));
+  for (const EquivalenceMetric& metric : result.judgement.metrics) {
     EXPECT_GT(metric.model_error, 0);
     EXPECT_LT(metric.model_error, 0.02 / 3);
     EXPECT_GE(metric.interval[1] - metric.interval[0], 2 * metric.model_error);
   }
   const ordered_json light = to_json(result, {})["equivalence"]["light"];
   EXPECT_TRUE(light["verdict"].is_null());
-  EXPECT_EQ(light["obstacle"], result.light->obstacle);
+  EXPECT_EQ(light["obstacle"], result.judgement.light->obstacle);
   EXPECT_NE(text_of(page_of(result, false)).find(" in rays (no grid holds the pupil's phase"),
             std::string::npos);
 }
@@ -109,10 +110,10 @@ TEST(Judgement, NothingIsLeftOpenForWantOfRaysWhereNoGridHoldsThePhase) {
                                   R"({"shape": "circle", "diameter": "0.4 m"})", kLenient),
                           "study.json"),
               {});
-  ASSERT_TRUE(result.light && result.light->no_grid);
+  ASSERT_TRUE(result.judgement.light && result.judgement.light->no_grid);
   int open = 0;
   std::set<std::string> told;
-  for (const EquivalenceMetric& metric : result.metrics) {
+  for (const EquivalenceMetric& metric : result.judgement.metrics) {
     EXPECT_GT(metric.model_error, 0);
     if (metric.verdict != Verdict::kUndecided) continue;
     ++open;
@@ -121,7 +122,7 @@ TEST(Judgement, NothingIsLeftOpenForWantOfRaysWhereNoGridHoldsThePhase) {
         << metric.name;
   }
   EXPECT_LT(open, 10);
-  EXPECT_EQ(result.verdict, overall(result.metrics));
+  EXPECT_EQ(result.judgement.verdict, overall(result.judgement.metrics));
   for (const Warning& warning : result.warnings)
     EXPECT_TRUE(told.insert(warning.code).second) << "told twice";
 }
@@ -149,8 +150,8 @@ TEST(Judgement, GivenValuesAreMetInLight) {
   const std::string target =
       R"({"statistics": {"ee50": {"value": "30 um"}, "ee80": {"value": "50 um"}, "ee90": {"value": "62 um"}}})";
   const ResultDocument result = run_fit(lenient_study(kRough, target), {});
-  EXPECT_EQ(result.theory, "given");
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent) << text_of(page_of(result, false));
+  EXPECT_EQ(result.scene.theory, "given");
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent) << text_of(page_of(result, false));
   EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT in light"), 0u);
 }
 
@@ -167,13 +168,13 @@ TEST(Judgement, AMarginThatThePerfectMirrorMeetsSeesNothing) {
   };
   const ResultDocument smooth =
       result_of(R"({"model": "uniform", "rms": "1 nm", "f_min": "2.5 /m", "f_max": "10 /m"})");
-  ASSERT_TRUE(smooth.perfect.has_value());
-  EXPECT_LT(smooth.perfect->mismatch, 1);
+  ASSERT_TRUE(smooth.judgement.perfect.has_value());
+  EXPECT_LT(smooth.judgement.perfect->mismatch, 1);
   // TIS of 1 nm at 632.8 nm is 3.9e-4, a tenth of the 0.35 % that a margin of 1 % allows at least.
-  EXPECT_NEAR(smooth.perfect->mismatch, 0.1, 0.05);
+  EXPECT_NEAR(smooth.judgement.perfect->mismatch, 0.1, 0.05);
   EXPECT_TRUE(blind(smooth));
   const ResultDocument rough = result_of(kSmooth);
-  EXPECT_GT(rough.perfect->mismatch, 10);
+  EXPECT_GT(rough.judgement.perfect->mismatch, 10);
   EXPECT_FALSE(blind(rough));
 }
 
@@ -183,18 +184,18 @@ TEST(Judgement, WavesFitASmoothSurfaceToItsHarveyShackSpot) {
               R"(, "terms": {"zernike": {"n_max": 27}}, "equivalence": {"margin": "2 %"})"),
       "study.json");
   const ResultDocument result = run_fit(study, {});
-  EXPECT_EQ(result.theory, "ghs");
-  EXPECT_EQ(result.model, "waves");
-  EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
-  EXPECT_FALSE(result.light.has_value());
-  ASSERT_TRUE(result.ray_choice.has_value());
-  EXPECT_GT(result.ray_choice->gap, 0);  // the judging grid differs from the fit's
+  EXPECT_EQ(result.scene.theory, "ghs");
+  EXPECT_EQ(result.scene.model, "waves");
+  EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged) << result.fitted.fit.message;
+  EXPECT_FALSE(result.judgement.light.has_value());
+  ASSERT_TRUE(result.choices.rays.has_value());
+  EXPECT_GT(result.choices.rays->gap, 0);  // the judging grid differs from the fit's
   // The fit's tolerance, and the allowed difference of the judging grid from the fit's: 15 % of the margin.
   constexpr double kApart = 1e-3 + 0.15 * 0.02;
   for (std::size_t k = 0; k < 3; ++k)
-    EXPECT_NEAR(result.validated[Eigen::Index(k)] / result.targets[k].value, 1, kApart)
-        << result.metrics[k].name;
-  for (const EquivalenceMetric& metric : result.metrics) {
+    EXPECT_NEAR(result.fitted.validated[Eigen::Index(k)] / result.fitted.targets[k].value, 1, kApart)
+        << result.judgement.metrics[k].name;
+  for (const EquivalenceMetric& metric : result.judgement.metrics) {
     if (metric.held_out) continue;
     EXPECT_EQ(metric.verdict, Verdict::kEquivalent) << metric.name;
   }
@@ -215,13 +216,13 @@ TEST(Conclusions, OfARunThatWasAskedToStopAreTheVerdictAlone) {
                    how);
   };
   const ResultDocument whole = run(false), stopped = run(true);
-  EXPECT_FALSE(stopped.metrics.empty());
-  ASSERT_TRUE(whole.character);
-  EXPECT_EQ(whole.character->zones.size(), 4u);
-  EXPECT_FALSE(stopped.character);
-  EXPECT_GT(stopped.surface.rms_height, 0);
-  EXPECT_TRUE(whole.perfect.has_value());
-  EXPECT_FALSE(stopped.perfect.has_value());
+  EXPECT_FALSE(stopped.judgement.metrics.empty());
+  ASSERT_TRUE(whole.judgement.character);
+  EXPECT_EQ(whole.judgement.character->zones.size(), 4u);
+  EXPECT_FALSE(stopped.judgement.character);
+  EXPECT_GT(stopped.fitted.surface.rms_height, 0);
+  EXPECT_TRUE(whole.judgement.perfect.has_value());
+  EXPECT_FALSE(stopped.judgement.perfect.has_value());
 }
 
 // The perfect mirror has a pattern on every grid, but its scatter angles have no derivative, so a finer grid
@@ -236,10 +237,10 @@ TEST(Judgement, AStartWithoutDerivativesIsNotTriedOnFinerGrids) {
                    {});
   };
   const ResultDocument zero = fit("zero"), draw = fit("draw");
-  ASSERT_EQ(zero.model, "waves");
-  EXPECT_EQ(zero.fit.status, FitStatus::kDegenerate);
-  EXPECT_NE(zero.fit.message.find("start from a draw"), std::string::npos) << zero.fit.message;
-  EXPECT_LE(zero.rays, draw.rays);
+  ASSERT_EQ(zero.scene.model, "waves");
+  EXPECT_EQ(zero.fitted.fit.status, FitStatus::kDegenerate);
+  EXPECT_NE(zero.fitted.fit.message.find("start from a draw"), std::string::npos) << zero.fitted.fit.message;
+  EXPECT_LE(zero.fitted.rays, draw.fitted.rays);
 }
 
 // A start of 1 um, which rays accept, has no diffraction pattern. By waves spherical terms start with the
@@ -256,14 +257,14 @@ TEST(SphericalTerms, ByWavesBeginWithTheHeightOfTheRoughness) {
         {});
   };
   const ResultDocument automatic = fit("");
-  ASSERT_EQ(automatic.model, "waves");
-  EXPECT_NE(automatic.fit.status, FitStatus::kDegenerate) << automatic.fit.message;
-  EXPECT_LT(automatic.surface.rms_height, 10 * 25e-9);
-  EXPECT_LT(automatic.ray_choice->gap, 1);
+  ASSERT_EQ(automatic.scene.model, "waves");
+  EXPECT_NE(automatic.fitted.fit.status, FitStatus::kDegenerate) << automatic.fitted.fit.message;
+  EXPECT_LT(automatic.fitted.surface.rms_height, 10 * 25e-9);
+  EXPECT_LT(automatic.choices.rays->gap, 1);
   const ResultDocument far = fit(R"(, "fit": {"spherical_rms": "20 um"})");
-  ASSERT_EQ(far.fit.status, FitStatus::kDegenerate) << far.fit.message;
-  EXPECT_EQ(far.ray_choice->gap, HUGE_VAL);
-  EXPECT_NE(far.ray_choice->reason.find("no value"), std::string::npos) << far.ray_choice->reason;
+  ASSERT_EQ(far.fitted.fit.status, FitStatus::kDegenerate) << far.fitted.fit.message;
+  EXPECT_EQ(far.choices.rays->gap, HUGE_VAL);
+  EXPECT_NE(far.choices.rays->reason.find("no value"), std::string::npos) << far.choices.rays->reason;
 }
 
 }  // namespace

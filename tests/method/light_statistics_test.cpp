@@ -60,19 +60,19 @@ TEST(LightStatistics, AreMetAndJudgedWithTermsAndWithScatter) {
   for (const char* terms : {R"("zernike": {"n_max": 14})", R"("band": "auto")"}) {
     const ResultDocument result = run_fit(study_of(kBoth, "", terms), {});
     SCOPED_TRACE(terms);
-    EXPECT_EQ(result.model, "waves");
-    EXPECT_EQ(result.verdict, Verdict::kEquivalent);
+    EXPECT_EQ(result.scene.model, "waves");
+    EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
     for (std::size_t k = 0; k < 4; ++k) {
-      const EquivalenceMetric& metric = result.metrics[k];
-      const double share = result.validated[Eigen::Index(k)] - result.targets[k].value;
-      const double scale = k == 3 ? kFlattestCurve : std::max(kFlattestCurve, result.targets[k].value);
+      const EquivalenceMetric& metric = result.judgement.metrics[k];
+      const double share = result.fitted.validated[Eigen::Index(k)] - result.fitted.targets[k].value;
+      const double scale = k == 3 ? kFlattestCurve : std::max(kFlattestCurve, result.fitted.targets[k].value);
       EXPECT_LT(std::abs(share), 0.01 * scale) << metric.name;
       EXPECT_NEAR(metric.share_difference, share, 1e-12);
       EXPECT_NEAR(metric.difference, share / scale, 1e-12);
       EXPECT_NEAR(metric.tolerance_share, 0.01 * scale, 1e-15);
     }
-    ASSERT_TRUE(result.perfect);
-    EXPECT_GT(result.perfect->mismatch, 5);
+    ASSERT_TRUE(result.judgement.perfect);
+    EXPECT_GT(result.judgement.perfect->mismatch, 5);
     const std::string table = text_of(page_of(result, true));
     EXPECT_NE(table.find("strehl"), std::string::npos);
     EXPECT_NE(table.find("mtf@120/mm"), std::string::npos);

@@ -17,9 +17,9 @@ namespace {
 TEST(AutomaticRays, KeepWhatAStudyNames) {
   const ResultDocument result =
       run_fit(parse_study(small_study(R"({"zernike": {"n_max": 14}})", "5000"), "study.json"), {});
-  EXPECT_NEAR(double(result.rays), 5000, 250);  // polar pupils only come near the number
-  ASSERT_TRUE(result.ray_choice.has_value());
-  EXPECT_FALSE(result.ray_choice->automatic);
+  EXPECT_NEAR(double(result.fitted.rays), 5000, 250);  // polar pupils only come near the number
+  ASSERT_TRUE(result.choices.rays.has_value());
+  EXPECT_FALSE(result.choices.rays->automatic);
 }
 
 // The number grows while fresh rays disagree, err too much, or leave the verdict undecided, up to a maximum.
@@ -43,17 +43,17 @@ TEST(AutomaticRays, DoubleUntilFreshRaysSettleIt) {
 TEST(AutomaticRays, StayUntilFreshRaysSayTheSame) {
   const ResultDocument result =
       run_fit(parse_study(small_study(R"({"zernike": {"n_max": 14}})", "\"auto\""), "study.json"), {});
-  ASSERT_TRUE(result.ray_choice.has_value());
-  const RayChoice& choice = *result.ray_choice;
+  ASSERT_TRUE(result.choices.rays.has_value());
+  const RayChoice& choice = *result.choices.rays;
   EXPECT_TRUE(choice.automatic);
   EXPECT_LE(choice.gap, choice.allowed);
   EXPECT_LE(choice.sampling_error, choice.allowed);
   EXPECT_DOUBLE_EQ(choice.allowed, law::kRayShareOfMargin * 0.02);
   // The gap is computed again from the shown values.
   double gap = 0;
-  for (Eigen::Index k = 0; k < result.fitted.size(); ++k) {
-    const Target& target = result.targets[std::size_t(k)];
-    gap = std::max(gap, std::abs(result.fitted[k] - result.validated[k]) / target.value);
+  for (Eigen::Index k = 0; k < result.fitted.values.size(); ++k) {
+    const Target& target = result.fitted.targets[std::size_t(k)];
+    gap = std::max(gap, std::abs(result.fitted.values[k] - result.fitted.validated[k]) / target.value);
   }
   // The choice computes it from energy fractions over the theory's slope. The slope of a single surface of 42
   // modes differs by a tenth or two.

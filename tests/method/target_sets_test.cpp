@@ -328,9 +328,9 @@ TEST(NamedStatistics, AreGuidedAlongTheRestOfTheCurve) {
       {"ee20": {}, "ee50": {}, "ee80": {}, "ee90": {}, "ee95": {}}}, "output": {"pictures": "none"}})",
       "study.json");
   const ResultDocument result = run_fit(study, {});
-  EXPECT_EQ(result.verdict, Verdict::kEquivalent) << result.fit.message;
-  EXPECT_EQ(result.targets.size(), 5u);
-  EXPECT_GT(result.metrics.size(), 80u);
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent) << result.fitted.fit.message;
+  EXPECT_EQ(result.fitted.targets.size(), 5u);
+  EXPECT_GT(result.judgement.metrics.size(), 80u);
 }
 
 std::string given(const std::string& statistics) {

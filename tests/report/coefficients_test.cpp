@@ -22,7 +22,7 @@ class CoefficientsCsv : public ::testing::Test {
     path_ =
         (std::filesystem::path(::testing::TempDir()) / (std::string("coefficients-") + info->name() + ".csv"))
             .string();
-    terms_ = sample_result().terms;
+    terms_ = sample_result().fitted.terms;
   }
   ~CoefficientsCsv() override { std::filesystem::remove(path_); }
 
@@ -117,7 +117,7 @@ TEST_F(CoefficientsCsv, HasTheErrorsOfSegmentsByTheirNumber) {
 
 TEST_F(CoefficientsCsv, SaysUnitsAndConventionsBeforeTheNumbers) {
   const ResultDocument result = sample_result();
-  const std::string text = coefficients_csv(result.terms, result.fit.coefficients, {});
+  const std::string text = coefficients_csv(result.fitted.terms, result.fitted.fit.coefficients, {});
   const std::string header = text.substr(0, text.find("\nkind,n,m,noll"));
   for (const char* word : {"metres", "surface (not of the wavefront)", "towards the incoming light",
                            "orthonormal", "m > 0 cosine", "cycles per metre", "radius_m = 0.2"})

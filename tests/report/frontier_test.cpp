@@ -39,7 +39,7 @@ Frontier sample_frontier(int count) {
 TEST(Frontier, IsInTheResultWithEveryNumberOfASet) {
   ResultDocument result = sample_result();
   EXPECT_FALSE(to_json(result, sample_study())["fit"].contains("frontier"));
-  result.frontier = sample_frontier(9);
+  result.choices.frontier = sample_frontier(9);
   const auto json = to_json(result, sample_study())["fit"]["frontier"];
   ASSERT_EQ(json["points"].size(), 9u);
   const auto& first = json["points"][0];
@@ -58,8 +58,8 @@ TEST(Frontier, IsInTheResultWithEveryNumberOfASet) {
 TEST(Frontier, SummaryShowsEverySetWhereThereIsMoreThanOne) {
   ResultDocument result = sample_result();
   const auto rows = [&](int count) {
-    result.frontier = sample_frontier(count);
-    if (count == 1) result.frontier->points.front().chosen = true;
+    result.choices.frontier = sample_frontier(count);
+    if (count == 1) result.choices.frontier->points.front().chosen = true;
     std::istringstream lines(text_of(page_of(result, false)));
     int found = 0;
     for (std::string line; std::getline(lines, line);) {
@@ -79,7 +79,7 @@ TEST(Frontier, PictureHasEverySetInItsData) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "aberfit_frontier_picture";
   std::filesystem::remove_all(folder);
   PlotScene scene;
-  scene.result.frontier = sample_frontier(12);
+  scene.result.choices.frontier = sample_frontier(12);
   Warnings warnings;
   scene.write(folder.string(), &warnings);
   const auto rows = [&](const char* name) {

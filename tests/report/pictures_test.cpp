@@ -112,7 +112,7 @@ class Pictures : public ::testing::Test {
     root() = fs::path(::testing::TempDir()) / ("aberfit plots' \"$HOME\" " + std::to_string(::getpid()));
     fs::remove_all(root());
     scene() = new PlotScene();
-    scene()->result.character = sample_character();
+    scene()->result.judgement.character = sample_character();
     scene()->result.title = "It's a `touch executed` @test, 50 % {a}_b^c \"quoted\" \\n $0";
     drawn() = scene()->write((root() / "run").string(), &warnings());
   }
@@ -215,7 +215,7 @@ TEST(PicturesOfWideScatter, EndInFrontOfTheMirror) {
              target = ray_light(wide.target, wide.ideal, Centre::kNominal),
              fitted = ray_light(wide.fitted, wide.ideal, Centre::kNominal);
   for (const char* model : {"rays", "waves"}) {
-    wide.result.model = model;
+    wide.result.scene.model = model;
     const FitPictures input = wide.shown(*ideal, target.get(), *fitted);
     const internal::Picture ring = internal::ring_through_picture(input);
     ASSERT_EQ(ring.data.size(), 1u);
@@ -357,22 +357,23 @@ TEST_F(Pictures, SlopeDensitiesAreNormalisedAndKeepTheirMoments) {
 TEST_F(Pictures, CoefficientsAddUpByRadialOrder) {
   const ResultDocument& result = scene()->result;
   const auto zernike = rows(file("coefficients_zernike.dat")), orders = rows(file("coefficients_orders.dat"));
-  ASSERT_EQ(zernike.size(), result.terms.zernike.size());
+  ASSERT_EQ(zernike.size(), result.fitted.terms.zernike.size());
   ASSERT_EQ(orders.size(), 5u);  // n = 2 .. 6
   for (std::size_t j = 0; j < zernike.size(); ++j)
     EXPECT_EQ(zernike[j][0], double(4 + j));  // Noll 4 .. 28 without a gap
   for (const auto& order : orders) {
     double square = 0;
-    for (std::size_t i = 0; i < result.terms.zernike.size(); ++i)
-      if (result.terms.zernike[i].n == order[0])
-        square += std::pow(result.fit.coefficients[Eigen::Index(i)], 2);
+    for (std::size_t i = 0; i < result.fitted.terms.zernike.size(); ++i)
+      if (result.fitted.terms.zernike[i].n == order[0])
+        square += std::pow(result.fitted.fit.coefficients[Eigen::Index(i)], 2);
     EXPECT_NEAR(order[1] / std::sqrt(square), 1.0, kPrinted);
   }
   const auto fourier = rows(file("coefficients_fourier.dat"));
   ASSERT_EQ(fourier.size(), 60u);
-  const Eigen::Index k = result.terms.fourier_begin() + 2 * 7;
-  EXPECT_NEAR(fourier[7][3] / std::hypot(result.fit.coefficients[k], result.fit.coefficients[k + 1]), 1.0,
-              kPrinted);
+  const Eigen::Index k = result.fitted.terms.fourier_begin() + 2 * 7;
+  EXPECT_NEAR(
+      fourier[7][3] / std::hypot(result.fitted.fit.coefficients[k], result.fitted.fit.coefficients[k + 1]),
+      1.0, kPrinted);
   const auto spherical = rows(file("coefficients_spherical.dat"));
   ASSERT_EQ(spherical.size(), 2u);
   EXPECT_EQ(spherical[1][0], 6.0);
@@ -491,7 +492,7 @@ TEST_F(Pictures, SpecifiedPsdAndScatterAreThoseOfTheModel) {
   const double level = sigma * sigma / (pi * (high * high - low * low));
   for (const auto& row : rows(file("specified_psd.dat"))) EXPECT_NEAR(row[1] / level, 1, kPrinted) << row[0];
   const auto terms = rows(file("specified_psd_terms.dat"));
-  ASSERT_EQ(terms.size(), scene()->result.character->psd.size());
+  ASSERT_EQ(terms.size(), scene()->result.judgement.character->psd.size());
   EXPECT_NEAR(terms[1][3] / (3.1 * 1e-17), 1, kPrinted);
   EXPECT_NEAR(terms[0][5] / (2.1 * 2e-17), 1, kPrinted);
   const double k2 = std::pow(4 * pi / lambda, 2), g2 = k2 * sigma * sigma;
@@ -572,11 +573,11 @@ TEST_F(Pictures, SurfaceMapAndCutsShowTheSurfaceAndNothingOutsideTheAperture) {
   PlotScene annulus(AnnulusAperture{2 * PlotScene::kRadius, 0.1, 0}, 2000);
   const fs::path folder = root() / "annulus";
   // Waves and spherical terms only, whose truth is short to write.
-  annulus.result.fit.coefficients.head(annulus.result.terms.fourier_begin()).setZero();
+  annulus.result.fitted.fit.coefficients.head(annulus.result.fitted.terms.fourier_begin()).setZero();
   const TermSet truth_terms{
-      PlotScene::kRadius, {}, annulus.result.terms.fourier, annulus.result.terms.spherical};
-  const Eigen::VectorXd truth_coefficients = annulus.result.fit.coefficients.tail(
-      annulus.result.terms.size() - annulus.result.terms.fourier_begin());
+      PlotScene::kRadius, {}, annulus.result.fitted.terms.fourier, annulus.result.fitted.terms.spherical};
+  const Eigen::VectorXd truth_coefficients = annulus.result.fitted.fit.coefficients.tail(
+      annulus.result.fitted.terms.size() - annulus.result.fitted.terms.fourier_begin());
   const Truth truth{truth_terms, truth_coefficients};
   const Path no_gnuplot("/nonexistent");
   annulus.write(folder.string(), nullptr);
@@ -626,7 +627,7 @@ TEST_F(Pictures, MissingGnuplotIsAWarningThatSaysWhatToDo) {
   const Path no_gnuplot("/nonexistent:");
   Warnings found;
   PlotScene all(CircleAperture{0.4, 0}, 2000);
-  all.result.character = sample_character();
+  all.result.judgement.character = sample_character();
   EXPECT_TRUE(all.write(folder.string(), &found).empty());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].code, "no-gnuplot");
@@ -672,8 +673,8 @@ TEST_F(Pictures, WithoutRoughnessOrFitShowWhatThereIs) {
   PlotScene bare(CircleAperture{0.4, 0}, 4000);
   bare.target = RayBundle{};
   bare.result.has_roughness = false;
-  bare.result.fit.coefficients.resize(0);
-  bare.result.targets.clear();
+  bare.result.fitted.fit.coefficients.resize(0);
+  bare.result.fitted.targets.clear();
   bare.focal_sigma = 0;
   const fs::path folder = root() / "bare";
   Warnings found;

@@ -21,27 +21,27 @@ struct PlotScene {
     mirror.focal_length = kFocalLength;
     pupil = make_pupil(aperture, {PupilLayout::kSobol, rays, 3});
     result = sample_result();
-    result.terms = TermSet{kRadius, zernike_modes(2, 6), {}, {4, 6}};
+    result.fitted.terms = TermSet{kRadius, zernike_modes(2, 6), {}, {4, 6}};
     const RandomStream random(11, "plot-scene");
     for (std::uint64_t k = 0; k < 60; ++k) {
       const double f = 2.5 * std::pow(8.0, (double(k) + 0.5) / 60), angle = 2.399963229728653 * double(k);
-      result.terms.fourier.push_back({f * std::cos(angle), f * std::sin(angle)});
+      result.fitted.terms.fourier.push_back({f * std::cos(angle), f * std::sin(angle)});
     }
-    const Eigen::Index count = result.terms.size();
-    result.fit.coefficients.resize(count);
-    result.fit.coefficient_std.resize(count);
+    const Eigen::Index count = result.fitted.terms.size();
+    result.fitted.fit.coefficients.resize(count);
+    result.fitted.fit.coefficient_std.resize(count);
     for (Eigen::Index i = 0; i < count; ++i) {
-      const double size = i < result.terms.fourier_begin()     ? 8e-9
-                          : i < result.terms.spherical_begin() ? 9e-9
-                                                               : 3e-9;
-      result.fit.coefficients[i] = size * random.normal(100 + std::uint64_t(i));
-      result.fit.coefficient_std[i] = 0.4 * size;
+      const double size = i < result.fitted.terms.fourier_begin()     ? 8e-9
+                          : i < result.fitted.terms.spherical_begin() ? 9e-9
+                                                                      : 3e-9;
+      result.fitted.fit.coefficients[i] = size * random.normal(100 + std::uint64_t(i));
+      result.fitted.fit.coefficient_std[i] = 0.4 * size;
     }
-    SurfaceOperator(result.terms, pupil.x, pupil.y).apply(result.fit.coefficients, &field);
+    SurfaceOperator(result.fitted.terms, pupil.x, pupil.y).apply(result.fitted.fit.coefficients, &field);
     const double slope =
         std::sqrt(0.5 * (pupil.weight * (field.slope_x.square() + field.slope_y.square())).sum());
     focal_sigma = 2 * kFocalLength * slope;
-    result.scene.rms_slope_per_axis = slope;
+    result.scene.numbers.rms_slope_per_axis = slope;
     ideal = trace_nominal(mirror, pupil);
     fitted = trace(mirror, pupil, field);
     // Exactly Gaussian at z = f, so that its encircled energy is Rayleigh's law; off focus the geometry is
@@ -53,9 +53,9 @@ struct PlotScene {
       target.x[i] += focal_sigma * a;
       target.y[i] += focal_sigma * b;
     }
-    result.targets.clear();
+    result.fitted.targets.clear();
     for (const double fraction : {0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95})
-      result.targets.push_back(
+      result.fitted.targets.push_back(
           {EncircledEnergyRadius{fraction, 0}, focal_sigma * std::sqrt(-2 * std::log1p(-fraction)), 0, 1e-8});
     Eigen::ArrayXd x(kGrid * kGrid), y(kGrid * kGrid);
     for (int j = 0; j < kGrid; ++j) {
@@ -64,7 +64,7 @@ struct PlotScene {
         y[j * kGrid + i] = line(j);
       }
     }
-    grid = std::make_unique<SurfaceOperator>(result.terms, x, y);
+    grid = std::make_unique<SurfaceOperator>(result.fitted.terms, x, y);
   }
 
   static double line(int i) { return kRadius * (2.0 * i / (kGrid - 1) - 1); }

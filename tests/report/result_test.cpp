@@ -45,7 +45,7 @@ TEST(ResultDocument, HasTheKeysOfFormatVersionOneInTheirOrder) {
 
 TEST(ResultDocument, CarriesTheCharacterOfASurface) {
   ResultDocument result = sample_result();
-  result.character = sample_character();
+  result.judgement.character = sample_character();
   const Json json = to_json(result, sample_study());
   const Json& character = json["character"];
   EXPECT_EQ(character["of_this_roughness"], false);
@@ -75,21 +75,21 @@ TEST(ResultDocument, CarriesItsNumbersInSi) {
   const int noll[] = {5, 4, 6, 8};
   for (int i = 0; i < 4; ++i) {
     EXPECT_EQ(json["coefficients"]["zernike"][i]["noll"], noll[i]);
-    EXPECT_EQ(json["coefficients"]["zernike"][i]["value_m"], result.fit.coefficients[i]);
+    EXPECT_EQ(json["coefficients"]["zernike"][i]["value_m"], result.fitted.fit.coefficients[i]);
   }
   EXPECT_EQ(json["coefficients"]["fourier"][1]["fx_per_m"], -7.25);
-  EXPECT_EQ(json["coefficients"]["fourier"][1]["sin_m"], result.fit.coefficients[7]);
-  EXPECT_EQ(json["coefficients"]["spherical"]["c8"]["value_m"], result.fit.coefficients[9]);
+  EXPECT_EQ(json["coefficients"]["fourier"][1]["sin_m"], result.fitted.fit.coefficients[7]);
+  EXPECT_EQ(json["coefficients"]["spherical"]["c8"]["value_m"], result.fitted.fit.coefficients[9]);
   // c8 rho^8 = value at rho = 0.2 m: c8 = value / 2.56e-6 m^8; the power costs a few roundings.
   EXPECT_NEAR(json["coefficients"]["spherical"]["c8"]["coefficient"].get<double>() /
-                  (result.fit.coefficients[9] / 2.56e-6),
+                  (result.fitted.fit.coefficients[9] / 2.56e-6),
               1.0, 1e-15 * 8);
 }
 
 TEST(ResultDocument, SaysHowTheSurfaceWasComputed) {
   ResultDocument result = sample_result();
-  result.fit.operator_choice.zernike = ZernikeMethod::kPolar;
-  result.fit.operator_choice.reason = "rings";
+  result.fitted.fit.operator_choice.zernike = ZernikeMethod::kPolar;
+  result.fitted.fit.operator_choice.reason = "rings";
   const Json json = to_json(result, sample_study())["fit"]["operator"];
   EXPECT_EQ(json["zernike"], "polar");
   EXPECT_TRUE(json["fourier"].is_null());
@@ -98,7 +98,7 @@ TEST(ResultDocument, SaysHowTheSurfaceWasComputed) {
 
 TEST(ResultDocument, WritesWhatDoesNotExistAsNull) {
   ResultDocument result = sample_result();
-  result.scene.correlation_length = std::numeric_limits<double>::infinity();
+  result.scene.numbers.correlation_length = std::numeric_limits<double>::infinity();
   const Json json = to_json(result, sample_study());
   EXPECT_TRUE(json["statistics"]["validated"]["ring_fwhm_m"].is_null());
   EXPECT_TRUE(json["scene"]["correlation_length_m"].is_null());
@@ -111,15 +111,15 @@ TEST(ResultDocument, WritesWhatDoesNotExistAsNull) {
 
 TEST(ResultDocument, KeepsBothOfTwoTargetsWithOneName) {
   const Json target = to_json(sample_result(), sample_study())["target"];
-  EXPECT_EQ(target.size(), sample_result().targets.size());
+  EXPECT_EQ(target.size(), sample_result().fitted.targets.size());
   EXPECT_EQ(target["ring_through"]["value"], 0.9);
   EXPECT_EQ(target["ring_through#2"]["value"], 0.6);
 }
 
 TEST(ResultDocument, WithoutAFitHasNothingToShowOfIt) {
   ResultDocument trace;
-  trace.targets = {{ScatterRms{}, std::nan(""), 0.0, 1.0}};
-  trace.fitted = Eigen::VectorXd::Constant(1, 3e-5);
+  trace.fitted.targets = {{ScatterRms{}, std::nan(""), 0.0, 1.0}};
+  trace.fitted.values = Eigen::VectorXd::Constant(1, 3e-5);
   const Json json = to_json(trace, sample_study());
   EXPECT_TRUE(json["scene"].is_null());
   EXPECT_TRUE(json["target"]["scatter_rms_rad"]["value"].is_null());

@@ -127,8 +127,8 @@ TEST(ScatterCsv, AModelThatDescribesNothingIsNotPrintedAsOne) {
     EXPECT_NE(text.find("use the table"), std::string::npos);
     EXPECT_EQ(text.find("BSDF = A"), std::string::npos);
     ResultDocument result;
-    result.shares = BandShares();
-    result.scatter = ScatterOfRest{scatter.table, {fit}, {}};
+    result.band.shares = BandShares();
+    result.band.scatter = ScatterOfRest{scatter.table, {fit}, {}};
     const nlohmann::ordered_json json = to_json(result, {})["split"]["scatter"]["abg"][0];
     EXPECT_EQ(json["describes"], false);
     for (const char* key : {"a_per_sr", "b", "g", "abg_tis"}) EXPECT_TRUE(json[key].is_null()) << key;

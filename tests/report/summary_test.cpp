@@ -30,42 +30,42 @@ TEST(SummaryTable, PutsTheVerdictFirst) {
   ResultDocument result = sample_result();
   EXPECT_TRUE(text_of(page_of(result, false))
                   .starts_with("DIFFERENT in geometric rays - 1 of 8 statistics different, 1 undecided"));
-  result.metrics.erase(result.metrics.begin() + 3);
-  result.verdict = overall(result.metrics);
+  result.judgement.metrics.erase(result.judgement.metrics.begin() + 3);
+  result.judgement.verdict = overall(result.judgement.metrics);
   EXPECT_TRUE(text_of(page_of(result, false))
                   .starts_with("UNDECIDED in geometric rays - 0 of 7 statistics different, 1 undecided"));
-  result.metrics.pop_back();
-  result.verdict = overall(result.metrics);
+  result.judgement.metrics.pop_back();
+  result.judgement.verdict = overall(result.judgement.metrics);
   EXPECT_TRUE(
       text_of(page_of(result, false))
           .starts_with("EQUIVALENT in geometric rays - all 6 statistics within +-1 %, 95 % confidence; "
                        "1 held out"));
-  result.metrics.clear();
+  result.judgement.metrics.clear();
   EXPECT_TRUE(text_of(page_of(result, false)).starts_with("NOT JUDGED"));
 }
 
 TEST(SummaryTable, SaysHowWellRaysOrCellsKnowTheSurfaceWhereTheProgramChoseThem) {
   ResultDocument result = sample_result();
-  result.ray_choice = RayChoice{true, 1e-4, 1e-4, 1e-3, "8192 rays: so and so"};
+  result.choices.rays = RayChoice{true, 1e-4, 1e-4, 1e-3, "8192 rays: so and so"};
   EXPECT_EQ(line_with(text_of(page_of(result, false)), "so and so"), "Rays      8192 rays: so and so");
-  result.ray_choice->automatic = false;  // named by the study
+  result.choices.rays->automatic = false;  // named by the study
   EXPECT_EQ(line_with(text_of(page_of(result, false)), "so and so"), "");
-  result.model = "waves";
-  result.ray_choice->reason = "1234 cells: so and so";
+  result.scene.model = "waves";
+  result.choices.rays->reason = "1234 cells: so and so";
   EXPECT_EQ(line_with(text_of(page_of(result, false)), "so and so"), "Cells     1234 cells: so and so");
-  result.ray_choice->reason.clear();
+  result.choices.rays->reason.clear();
   EXPECT_EQ(line_with(text_of(page_of(result, false)), "Cells"), "");
 }
 
 // Headline, table and JSON of one result say the same thing, whoever decides.
 TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
   ResultDocument result = sample_result();
-  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.1e-6, 0, 0.01, 0.95)};
-  result.verdict = overall(result.metrics);
+  result.judgement.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.1e-6, 0, 0.01, 0.95)};
+  result.judgement.verdict = overall(result.judgement.metrics);
   LightJudgement light{false, "ghs", "", false, Verdict::kDifferent, {}};
   light.metrics = {tost("ee35_radius_m", false, 30e-6, 0, 28.8e-6, 0, 0.01, 0.95),
                    tost("ee50_radius_m", false, 40e-6, 0, 40.1e-6, 0, 0.01, 0.95)};
-  result.light = light;
+  result.judgement.light = light;
   const std::string beside = text_of(page_of(result, false));
   EXPECT_EQ(page_of(result, false).tone == Page::Tone::kGood, false) << "light says otherwise";
   EXPECT_TRUE(
@@ -75,8 +75,8 @@ TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
   EXPECT_NE(line_with(beside, "The same surface in light").size(), 0u);
   EXPECT_EQ(line_with(beside, "(this decides)"), "");
   // The same where light decides.
-  result.light->decides = result.light_decides = true;
-  result.verdict = Verdict::kDifferent;
+  result.judgement.light->decides = result.judgement.light_decides = true;
+  result.judgement.verdict = Verdict::kDifferent;
   const std::string decides = text_of(page_of(result, false));
   EXPECT_TRUE(decides.starts_with("DIFFERENT in light - 1 of 2 statistics different")) << decides;
   EXPECT_NE(decides.find("Worst: ee35_radius -4 %."), std::string::npos);
@@ -90,25 +90,25 @@ TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
 
 TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
   ResultDocument result = sample_result();
-  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.3e-6, 0.2e-6, 0.01, 0.95)};
-  result.verdict = overall(result.metrics);
+  result.judgement.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.3e-6, 0.2e-6, 0.01, 0.95)};
+  result.judgement.verdict = overall(result.judgement.metrics);
   EXPECT_NE(text_of(page_of(result, false)).find("more rays"), std::string::npos);  // undecided
-  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 41e-6, 0, 0.01, 0.95)};
-  result.verdict = overall(result.metrics);
-  result.surface.captured_fraction = 0.8;
+  result.judgement.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 41e-6, 0, 0.01, 0.95)};
+  result.judgement.verdict = overall(result.judgement.metrics);
+  result.fitted.surface.captured_fraction = 0.8;
   EXPECT_NE(text_of(page_of(result, false)).find("leave `terms` out"), std::string::npos);
-  result.surface.captured_fraction = 0.999;
-  result.fit.status = FitStatus::kNotConverged;
+  result.fitted.surface.captured_fraction = 0.999;
+  result.fitted.fit.status = FitStatus::kNotConverged;
   EXPECT_EQ(text_of(page_of(result, false)).find("fit.max_iterations"), std::string::npos);  // came to rest
-  result.fit.out_of_iterations = true;
+  result.fitted.fit.out_of_iterations = true;
   EXPECT_NE(text_of(page_of(result, false)).find("fit.max_iterations"), std::string::npos);
   EXPECT_NE(text_of(page_of(result, false)).find("or more terms"), std::string::npos);
   // Terms by the law carry the roughness; with fewer modes than statistics none can do.
-  result.frontier = Frontier{};
+  result.choices.frontier = Frontier{};
   result.has_roughness = true;
-  result.scene.n_eff = 1000;
+  result.scene.numbers.n_eff = 1000;
   EXPECT_EQ(text_of(page_of(result, false)).find("more terms"), std::string::npos);
-  result.scene.n_eff = 0.5 * double(result.targets.size());
+  result.scene.numbers.n_eff = 0.5 * double(result.fitted.targets.size());
   EXPECT_NE(text_of(page_of(result, false)).find("modes carry the roughness (N_eff), fewer than"),
             std::string::npos);
   EXPECT_EQ(text_of(page_of(result, false)).find("fit.max_iterations"), std::string::npos);
@@ -117,14 +117,14 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
 // Rays decide where no grid holds the phase; what they leave open has a remedy, too.
 TEST(SummaryTable, SaysWhatWouldHelpWhereLightHasNoAnswer) {
   ResultDocument result = sample_result();
-  result.light = LightJudgement{true, "ghs", "the pupil would need 13030 cells", true, {}, {}};
-  result.light_decides = true;
-  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.3e-6, 0.2e-6, 0.01, 0.95)};
-  result.verdict = overall(result.metrics);
-  EXPECT_EQ(result.verdict, Verdict::kUndecided);
+  result.judgement.light = LightJudgement{true, "ghs", "the pupil would need 13030 cells", true, {}, {}};
+  result.judgement.light_decides = true;
+  result.judgement.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.3e-6, 0.2e-6, 0.01, 0.95)};
+  result.judgement.verdict = overall(result.judgement.metrics);
+  EXPECT_EQ(result.judgement.verdict, Verdict::kUndecided);
   EXPECT_NE(text_of(page_of(result, false)).find("equivalence.margin"), std::string::npos);
   // Nothing that was judged is open: there is only the obstacle to say.
-  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40e-6, 0, 0.01, 0.95)};
+  result.judgement.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40e-6, 0, 0.01, 0.95)};
   const std::string nothing = text_of(page_of(result, false));
   EXPECT_NE(nothing.find("13030 cells."), std::string::npos);
   EXPECT_EQ(nothing.find("a larger margin"), std::string::npos);
@@ -162,8 +162,8 @@ TEST(SummaryTable, ShoutsWhatDoesNotExist) {
 TEST(SummaryTable, ListsTheWorstOfWhatItLeavesOutUnlessAllIsAsked) {
   ResultDocument result = sample_result();
   for (int i = 0; i < 20; ++i)
-    result.metrics.push_back(tost("ee" + std::to_string(30 + i) + "_radius_m@0.25mm", true, 1e-5, 0.0,
-                                  1e-5 * (1.0 + 1e-4 * i), 1e-9, 0.01, 0.95));
+    result.judgement.metrics.push_back(tost("ee" + std::to_string(30 + i) + "_radius_m@0.25mm", true, 1e-5,
+                                            0.0, 1e-5 * (1.0 + 1e-4 * i), 1e-9, 0.01, 0.95));
   const std::string brief = text_of(page_of(result, false)), all = text_of(page_of(result, true));
   EXPECT_NE(brief.find("the worst 5 of 22"), std::string::npos);
   EXPECT_NE(brief.find("ee85_radius@-1.5mm"),
@@ -171,7 +171,7 @@ TEST(SummaryTable, ListsTheWorstOfWhatItLeavesOutUnlessAllIsAsked) {
   EXPECT_NE(brief.find("ee49_radius@0.25mm"), std::string::npos);
   EXPECT_EQ(brief.find("ee30_radius@0.25mm"), std::string::npos);
   EXPECT_LT(brief.find("ee85_radius@-1.5mm"), brief.find("ee49_radius@0.25mm"));
-  for (const EquivalenceMetric& metric : result.metrics) {
+  for (const EquivalenceMetric& metric : result.judgement.metrics) {
     std::string name = metric.name;
     for (const std::string suffix : {"_m", "_rad"})
       if (const std::size_t at = name.find(suffix + "@"); at != std::string::npos)
@@ -182,7 +182,7 @@ TEST(SummaryTable, ListsTheWorstOfWhatItLeavesOutUnlessAllIsAsked) {
 
 TEST(SummaryTable, MarksWhatLiesOutsideTheSpreadOfDraws) {
   ResultDocument result = sample_result();
-  result.character = sample_character();
+  result.judgement.character = sample_character();
   std::string text = text_of(page_of(result, false));
   EXPECT_NE(line_with(text, "0.00 .. 0.50 R").find("inside"), std::string::npos);
   EXPECT_NE(line_with(text, "0.50 .. 1.00 R").find("OUTSIDE"), std::string::npos);
@@ -191,8 +191,8 @@ TEST(SummaryTable, MarksWhatLiesOutsideTheSpreadOfDraws) {
   EXPECT_NE(line_with(text, "stop of 60 %").find("it has no grid"), std::string::npos);
   // The verdict's line names the worst of them.
   EXPECT_NE(text.find("not of this roughness: PSD 3.1 times at 8.49 /m"), std::string::npos);
-  result.character->psd.pop_back();
-  result.character->zones.pop_back();
+  result.judgement.character->psd.pop_back();
+  result.judgement.character->zones.pop_back();
   text = text_of(page_of(result, false));
   EXPECT_NE(text.find("PSD and shape those of draws"), std::string::npos);
 }

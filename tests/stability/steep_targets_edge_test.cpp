@@ -33,16 +33,17 @@ TEST_WITH_SHORT_FORM(StabilityEdge, SteepTargets) {
   // Just before the edge, where the contradiction is as large as a tolerance, and beyond it.
   for (const double slope : aberfit::test::all_or_few(whole, std::vector{0.0146, 0.02, 0.045}, {1})) {
     const ResultDocument result = fitted(slope, "auto");
-    EXPECT_EQ(result.theory, slope > 0.015 ? "rays" : "ghs") << slope;
-    EXPECT_EQ(result.fit.status, FitStatus::kConverged) << slope << ": " << result.fit.message;
-    EXPECT_EQ(result.verdict, Verdict::kEquivalent) << slope;
+    EXPECT_EQ(result.scene.theory, slope > 0.015 ? "rays" : "ghs") << slope;
+    EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged) << slope << ": " << result.fitted.fit.message;
+    EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent) << slope;
   }
   // What is avoided: seven tolerances are left of the nine that 4.6 slope^2 is there.
   const ResultDocument closed = fitted(0.045, "geometric", R"("trace": {"rays": 16384},)");
-  EXPECT_NE(closed.fit.status, FitStatus::kConverged);
+  EXPECT_NE(closed.fitted.fit.status, FitStatus::kConverged);
   double worst = 0;
-  for (std::size_t k = 0; k < closed.targets.size(); ++k)
-    worst = std::max(worst, std::abs(closed.fitted[Eigen::Index(k)] / closed.targets[k].value - 1));
+  for (std::size_t k = 0; k < closed.fitted.targets.size(); ++k)
+    worst =
+        std::max(worst, std::abs(closed.fitted.values[Eigen::Index(k)] / closed.fitted.targets[k].value - 1));
   EXPECT_GT(worst, 0.55 * 4.6 * 0.045 * 0.045);
   EXPECT_LT(worst, 0.9 * 4.6 * 0.045 * 0.045);
 }

@@ -46,9 +46,9 @@ Timed timed(const Study& study) {
 // One line: the scene, where it is cut, its terms, one iteration as checked, and the time of the fit.
 void print(int k, const WideScene& scene, const Study& study, const Timed& timed) {
   std::printf("%2d %-72s cut %6.1f cycles %5d terms  iteration %6.2f s  fit %7.1f s  %s\n", k,
-              scene.name.c_str(), checked_cycles(timed.report, study), int(timed.result.terms.size()),
+              scene.name.c_str(), checked_cycles(timed.report, study), int(timed.result.fitted.terms.size()),
               timed.report.cost->iteration_seconds.value_or(std::nan("")), timed.actual,
-              to_string(timed.result.verdict).c_str());
+              to_string(timed.result.judgement.verdict).c_str());
   std::fflush(stdout);
 }
 
@@ -61,7 +61,7 @@ TEST_P(WideMatrix, TakesLessThanTwoMinutes) {
   const Timed now = timed(study);
   print(GetParam(), scene, study, now);
   EXPECT_LE(now.actual, kLongest) << scene.study;
-  EXPECT_NE(now.result.verdict, Verdict::kDifferent) << scene.study;
+  EXPECT_NE(now.result.judgement.verdict, Verdict::kDifferent) << scene.study;
 }
 INSTANTIATE_TEST_SUITE_P(Seeded, WideMatrix, testing::Range(0, kWideScenes));
 
@@ -72,7 +72,7 @@ TEST_P(WideMatrixSmoke, DoesNotFail) {
   const Study study = study_of(scene, testing::TempDir());
   const Timed now = timed(study);
   print(GetParam(), scene, study, now);
-  EXPECT_NE(now.result.verdict, Verdict::kDifferent) << scene.study;
+  EXPECT_NE(now.result.judgement.verdict, Verdict::kDifferent) << scene.study;
 }
 INSTANTIATE_TEST_SUITE_P(Seeded, WideMatrixSmoke, testing::Values(1, 14));
 

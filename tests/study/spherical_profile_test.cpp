@@ -31,9 +31,9 @@ TEST(SphericalStudy, ProfileIsThatOfTheStatedMirror) {
 
 TEST(SphericalStudy, FittedMirrorHasTheProfileByTheOtherMethod) {
   const ResultDocument result = run_fit(spherical_study(), {});
-  ASSERT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
+  ASSERT_EQ(result.fitted.fit.status, FitStatus::kConverged) << result.fitted.fit.message;
   test::SphericalMirror fitted;
-  for (std::size_t k = 0; k < 5; ++k) fitted.rim_height[k] = result.fit.coefficients[Eigen::Index(k)];
+  for (std::size_t k = 0; k < 5; ++k) fitted.rim_height[k] = result.fitted.fit.coefficients[Eigen::Index(k)];
   const test::SphericalMirror truth;
   for (int k = -truth.half_planes; k <= truth.half_planes; ++k)
     EXPECT_NEAR(test::ring_share(fitted, k * truth.step), test::ring_share(truth, k * truth.step), 5e-4) << k;

@@ -140,11 +140,12 @@ TEST_P(Continuity, OfSurfacesInLight) {
     text["terms"] = "auto";
     const Study study = parse_study(text.dump(), "sweep.json");
     const ResultDocument result = run_fit(study, {});
-    equivalent += result.verdict == Verdict::kEquivalent;
-    if (result.verdict != Verdict::kEquivalent)
-      std::printf("%s %.4g: %s\n", sweep.name, value, to_string(result.verdict).c_str());
-    const auto& metrics =
-        result.light && !result.light->metrics.empty() ? result.light->metrics : result.metrics;
+    equivalent += result.judgement.verdict == Verdict::kEquivalent;
+    if (result.judgement.verdict != Verdict::kEquivalent)
+      std::printf("%s %.4g: %s\n", sweep.name, value, to_string(result.judgement.verdict).c_str());
+    const auto& metrics = result.judgement.light && !result.judgement.light->metrics.empty()
+                              ? result.judgement.light->metrics
+                              : result.judgement.metrics;
     off.emplace_back();
     for (const EquivalenceMetric& metric : metrics) off.back().push_back(metric.difference / metric.margin);
   }

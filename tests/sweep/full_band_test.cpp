@@ -144,17 +144,17 @@ void keep_the_promise(const LargeScene& scene) {
   SCOPED_TRACE(scene.name);
   const Study study = parse_study(scene.study, "scene.json");
   const ResultDocument result = run_fit(study, {});
-  ASSERT_EQ(result.verdict, Verdict::kEquivalent);
-  ASSERT_TRUE(result.shares);
+  ASSERT_EQ(result.judgement.verdict, Verdict::kEquivalent);
+  ASSERT_TRUE(result.band.shares);
   const Layout layout = lay_out(study, 2);
   const BandSplit& split = *layout.ground.split;
   FullPupil pupil(study, scene.cells);
   const std::vector<double> terms_only = [&] {
     SurfaceField field;
-    SurfaceOperator(result.terms,
+    SurfaceOperator(result.fitted.terms,
                     Eigen::Map<const Eigen::ArrayXd>(pupil.x.data(), Eigen::Index(pupil.x.size())),
                     Eigen::Map<const Eigen::ArrayXd>(pupil.y.data(), Eigen::Index(pupil.y.size())), 2)
-        .apply(result.fit.coefficients, &field);
+        .apply(result.fitted.fit.coefficients, &field);
     return std::vector<double>(field.height.begin(), field.height.end());
   }();
   const std::vector<double> rest = drawn(split.rest(), study, pupil, scene.points, 11);

@@ -38,21 +38,22 @@ Outcome run_scene(int k) {
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   outcome.counts = std::none_of(result.warnings.begin(), result.warnings.end(),
                                 [](const Warning& w) { return w.code == "margin-sees-nothing"; });
-  outcome.equivalent = result.verdict == Verdict::kEquivalent;
+  outcome.equivalent = result.judgement.verdict == Verdict::kEquivalent;
   double worst = 0;
   if (outcome.equivalent) {
     std::optional<double> cut;
-    if (result.shares) cut = result.shares->cut;
+    if (result.band.shares) cut = result.band.shares->cut;
     const SecondOpinions opinions(study);
     const OpinionLimits limits{.seconds = 7200, .narrow_field = true};
-    SecondOpinion light = opinions.of_waves(result.terms, result.fit.coefficients, cut, limits);
+    SecondOpinion light = opinions.of_waves(result.fitted.terms, result.fitted.fit.coefficients, cut, limits);
     // Light that no grid has room for, hundreds of Airy radii wide, goes where its rays do.
-    if (std::isnan(light.worst)) light = opinions.of_rays(result.terms, result.fit.coefficients, limits);
+    if (std::isnan(light.worst))
+      light = opinions.of_rays(result.fitted.terms, result.fitted.fit.coefficients, limits);
     worst = light.worst;
     EXPECT_TRUE(worst <= 1.0) << "equivalent, but not in light: " << light.statistic << light.obstacle;
   }
-  std::printf("%-11s %5d terms %6.1f s  worst in light %.2f%s\n", to_string(result.verdict).c_str(),
-              int(result.terms.size()), seconds.count(), worst,
+  std::printf("%-11s %5d terms %6.1f s  worst in light %.2f%s\n", to_string(result.judgement.verdict).c_str(),
+              int(result.fitted.terms.size()), seconds.count(), worst,
               outcome.counts ? "" : "  (margin sees nothing)");
   std::fflush(stdout);
   return outcome;

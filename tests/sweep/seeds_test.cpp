@@ -36,9 +36,9 @@ int equivalent_seeds(const Scene& scene, int seeds) {
     json study = scene.study;
     study["fit"]["seed"] = seed;
     const ResultDocument result = run_fit(parse_study(study.dump(), "seeds.json"), {});
-    equivalent += result.verdict == Verdict::kEquivalent;
-    std::printf("%s, seed %d: %s, %d terms\n", scene.name, seed, to_string(result.verdict).c_str(),
-                int(result.terms.size()));
+    equivalent += result.judgement.verdict == Verdict::kEquivalent;
+    std::printf("%s, seed %d: %s, %d terms\n", scene.name, seed, to_string(result.judgement.verdict).c_str(),
+                int(result.fitted.terms.size()));
     std::fflush(stdout);
   }
   return equivalent;

@@ -32,12 +32,13 @@ void expect_true_in_light(const char* text) {
   const auto begin = std::chrono::steady_clock::now();
   const ResultDocument result = run_fit(study, {});
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-  ASSERT_EQ(result.verdict, Verdict::kEquivalent);
-  ASSERT_TRUE(result.shares);
-  const SecondOpinion light = SecondOpinions(study).of_waves(
-      result.terms, result.fit.coefficients, result.shares->cut, {.seconds = 7200, .narrow_field = true});
-  std::printf("%d terms, %.1f s, worst in light %.2f (%s)\n", int(result.terms.size()), seconds.count(),
-              light.worst, light.statistic.c_str());
+  ASSERT_EQ(result.judgement.verdict, Verdict::kEquivalent);
+  ASSERT_TRUE(result.band.shares);
+  const SecondOpinion light =
+      SecondOpinions(study).of_waves(result.fitted.terms, result.fitted.fit.coefficients,
+                                     result.band.shares->cut, {.seconds = 7200, .narrow_field = true});
+  std::printf("%d terms, %.1f s, worst in light %.2f (%s)\n", int(result.fitted.terms.size()),
+              seconds.count(), light.worst, light.statistic.c_str());
   EXPECT_LE(light.worst, 1.0) << light.statistic << light.obstacle;
 }
 

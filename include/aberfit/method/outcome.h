@@ -10,14 +10,11 @@
 #include "aberfit/method/character.h"
 #include "aberfit/method/frontier.h"
 #include "aberfit/method/map_light.h"
-#include "aberfit/method/mirror_spread.h"
 #include "aberfit/method/plan.h"
-#include "aberfit/method/specified_light.h"
+#include "aberfit/method/scene_facts.h"
 #include "aberfit/method/tost.h"
 #include "aberfit/terms/term_set.h"
 #include "aberfit/theory/abg_fit.h"
-#include "aberfit/theory/model_choice.h"
-#include "aberfit/theory/regime.h"
 #include "aberfit/theory/scatter_function.h"
 
 namespace aberfit {
@@ -64,45 +61,63 @@ struct ScatterOfRest {
   std::optional<PsdModel> rest;  ///< its PSD
 };
 
-/// The outcome of a task: the fit, the surface, and its verdict. Statistic vectors run parallel to `targets`.
-struct FitOutcome {
-  ChosenByFit chosen;     ///< values for terms and rays that the task left open
-  double confidence = 0;  ///< of the intervals of a verdict; 0: unknown
-  bool has_roughness = false;
-  SceneNumbers scene;                 ///< of the specification
-  std::string theory;                 ///< origin of the targets: "geometric", "rays", "ghs", "given" or "map"
-  std::string model = "rays";         ///< "rays", "waves": how the surface gives statistics
-  std::string needed;                 ///< model that the scene needs; empty without roughness
-  bool light_decides = true;          ///< wave optics gives the verdict; else the theory that the study names
-  std::string model_reason;           ///< why that model is needed, one sentence
-  std::optional<ModelErrors> errors;  ///< of rays against GHS; absent without roughness
-  SpecifiedLight mean_light;          ///< of the specification; empty without roughness and before `conclude`
-  MirrorSpread spread;                ///< of the specification; empty before `conclude`
+/// Values for terms and rays that the task left open, and how they were found.
+struct FitChoices {
+  ChosenByFit values;
+  std::optional<Frontier> frontier;  ///< the sets that were tried; absent: terms were given
+  std::optional<RayChoice> rays;
+};
+
+/// The terms that were fitted and what they give. Statistic vectors run parallel to `targets`.
+struct FittedTerms {
   std::vector<Target> targets;
-  FitResult fit;
   TermSet terms;
+  FitResult fit;
   Eigen::Index rays = 0;
   double radius = 0;  ///< normalisation radius [m]
   EquivalentSurface surface;
-  Eigen::VectorXd start, fitted, validated;
-  Eigen::VectorXd posterior_std;      ///< of `fitted`, from the linearised problem
+  Eigen::VectorXd start, values, validated;
+  Eigen::VectorXd posterior_std;      ///< of `values`, from the linearised problem
   std::vector<SpectrumBin> spectrum;  ///< empty without PSD bins in the study
-  std::optional<Frontier> frontier;   ///< the sets that were tried; absent: terms were given
-  std::optional<RayChoice> ray_choice;
-  std::optional<BandUse> band;             ///< absent without roughness
-  std::optional<BandShares> shares;        ///< absent where the roughness is not split
-  std::optional<ScatterOfRest> scatter;    ///< absent where the roughness is not split
-  std::optional<MapFitResult> map;         ///< fit of a measured map; without roughness there are no targets
-  std::optional<MapPanels> map_panels;     ///< measured, fitted and residual heights of a fitted map
-  std::optional<MapLight> map_light;       ///< absent without a fitted map
+};
+
+/// How the roughness is divided into terms and scatter.
+struct BandOutcome {
+  std::optional<BandUse> use;            ///< absent without roughness
+  std::optional<BandShares> shares;      ///< absent where the roughness is not split
+  std::optional<ScatterOfRest> scatter;  ///< absent where the roughness is not split
+};
+
+/// The fit of a measured map; all is absent where the targets are statistics.
+struct FittedMap {
+  std::optional<MapFitResult> fit;
+  std::optional<MapPanels> panels;  ///< measured, fitted and residual heights
+  std::optional<MapLight> light;
+};
+
+/// Whether the surface is equivalent to its specification.
+struct Judgement {
   Verdict verdict = Verdict::kUndecided;   ///< that of `light` where it decides
   std::vector<EquivalenceMetric> metrics;  ///< by the model of the fit
+  double confidence = 0;                   ///< of the intervals; 0: unknown
+  bool light_decides = true;  ///< wave optics gives the verdict; else the theory that the study names
   std::optional<LightJudgement> light;   ///< absent where `metrics` come from wave optics, and without a fit
   std::optional<PerfectMirror> perfect;  ///< absent where the scene has no GHS
-  bool interrupted = false;              ///< the run was stopped; the best fit so far
-  std::string stopped_by;                ///< what stopped it, in words; empty: it was not stopped
   /// Character of the surface; absent without roughness, and where the run was stopped.
   std::optional<Character> character;
+};
+
+/// The outcome of a task: the fit, the surface, and its verdict.
+struct FitOutcome {
+  FitChoices choices;
+  bool has_roughness = false;
+  SceneFacts scene;  ///< of the specification; numbers, light and spread are empty without roughness
+  FittedTerms fitted;
+  BandOutcome band;
+  FittedMap map;
+  Judgement judgement;
+  bool interrupted = false;  ///< the run was stopped; the best fit so far
+  std::string stopped_by;    ///< what stopped it, in words; empty: it was not stopped
   Warnings warnings;
 };
 

@@ -2,16 +2,20 @@
 #include <optional>
 #include <string>
 
-#include "aberfit/method/groundwork.h"
-#include "aberfit/method/outcome.h"
+#include "aberfit/method/mirror_spread.h"
+#include "aberfit/method/specified_light.h"
+#include "aberfit/theory/model_choice.h"
+#include "aberfit/theory/regime.h"
 
 namespace aberfit {
+
+struct Groundwork;
 
 /// Facts of a scene before a surface is fitted: numbers of its specification, and its models.
 struct SceneFacts {
   SceneNumbers numbers;
-  std::string theory;                 ///< origin of the targets: "geometric", "rays", "ghs", "given"
-  std::string model;                  ///< "rays", "waves": how a surface gives statistics
+  std::string theory;                 ///< origin of the targets: "geometric", "rays", "ghs", "given" or "map"
+  std::string model = "rays";         ///< "rays", "waves": how a surface gives statistics
   std::string needed;                 ///< model that the scene needs
   std::string reason;                 ///< why that model is needed, one sentence
   std::optional<ModelErrors> errors;  ///< of rays against GHS
