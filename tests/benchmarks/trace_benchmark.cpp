@@ -84,7 +84,7 @@ void register_cases(bool smoke) {
           (differences->slope_x - work->field.slope_x).square().mean() / work->field.slope_x.square().mean();
       return [=](benchmark::State& state) {
         time_alone(state, run);
-        report_error(state, std::sqrt(error), 1e-6);  // truncation and rounding, PHYSICS 8
+        report_error(state, std::sqrt(error), 1e-6);  // truncation and rounding, tests/stability
         report_rate(state, "rays", double(kRays));
       };
     });

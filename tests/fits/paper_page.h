@@ -37,32 +37,15 @@ inline std::string our_cell(const PaperAnswer& answer) {
   return with_unit(four_digits(is_rounding ? 0 : answer.ours), is_long ? "" : answer.number.unit);
 }
 
-/// The table of R: printed value and ours of its 36 cells.
-inline std::string paper_page_of_cells(const std::vector<PaperAnswer>& answers) {
-  std::string text = "| sigma, l_c | D = 0.2 m | 0.5 m | 1.0 m |\n|---|---|---|---|\n";
-  int column = 0;
-  for (const PaperAnswer& a : answers) {
-    if (a.number.formula != "cell") continue;
-    const std::string& label = a.number.label;  // R at sigma 1 nm, l_c 1 um, D 0.2 m
-    if (column == 0)
-      text += "| " + label.substr(11, label.find(", l_c") - 11) + ", " +
-              label.substr(label.find("l_c") + 4, label.find(", D") - label.find("l_c") - 4);
-    text += fmt::format(" | {} ({})", a.number.printed, four_digits(a.ours));
-    column = (column + 1) % 3;
-    if (column == 0) text += " |\n";
-  }
-  return text;
-}
-
-/// One table of everything that is computed: section, printed, ours and the verdict. Inputs and what is
-/// printed a second time are left out.
+/// One table of what is computed and does not simply hold: section, printed, ours and the verdict. Inputs and
+/// what is printed a second time are left out.
 inline std::string paper_page(const std::vector<PaperAnswer>& answers) {
   std::map<std::string, int> count;
   std::string tally, table = "\n| section | number | printed | ours | verdict |\n|---|---|---|---|---|\n";
   for (const PaperAnswer& a : answers) {
     const PaperNumber& n = a.number;
     if (n.kind != "derived" && n.kind != "reading") ++count[n.verdict];
-    if (n.verdict == "input" || n.formula == "cell" || n.label.ends_with(", repeated")) continue;
+    if (n.verdict == "input" || n.verdict == "holds" || n.label.ends_with(", repeated")) continue;
     if (!std::isfinite(a.ours) && n.verdict != "not-reproducible") continue;
     const std::string printed = n.printed.size() > 24      ? "formula"
                                 : std::isfinite(n.value()) ? with_unit(n.printed, n.unit)
@@ -72,8 +55,7 @@ inline std::string paper_page(const std::vector<PaperAnswer>& answers) {
   }
   for (const auto& [word, number] : count) tally += fmt::format("{} {}, ", number, word);
   tally.resize(tally.size() - 2);
-  return "\nVerdicts of all 195:\n" + tally + ".\n" + table +
-         "\nR of section A.2 at 500 nm, printed and (ours):\n\n" + paper_page_of_cells(answers);
+  return "\nVerdicts of all 195:\n" + tally + ".\n" + table;
 }
 
 }  // namespace aberfit::test

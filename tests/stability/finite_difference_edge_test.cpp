@@ -1,5 +1,5 @@
 // Normals by central differences against analytic ones. The truth is the derivative of the same cosines in
-// long double. The scene is that of PHYSICS 8 (f = 2.8 m, D = 0.4 m, uniform PSD from 2.5 to 1000 cycles/m).
+// long double. The scene has f = 2.8 m, D = 0.4 m, uniform PSD from 2.5 to 1000 cycles/m.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kHighest = 1000;         // f_max [cycles/m]
 constexpr double kSlopeRms = 6.3242e-6;   // per axis
-constexpr double kRounding = 1.2e-19;     // [m rad], PHYSICS 8
-constexpr double kTruncation = 0.0932;    // of u^2, PHYSICS 8
+constexpr double kRounding = 1.2e-19;     // [m rad], tests/stability/README.md
+constexpr double kTruncation = 0.0932;    // of u^2, tests/stability/README.md
 constexpr double kAnalyticError = 1e-11;  // phases of 2 pi f R = 1300 rad carry 3e-13; seen 8e-13
 
 struct Scene {
@@ -87,7 +87,7 @@ TEST(StabilityEdge, StepOfFiniteDifferenceNormals) {
   edge.follows({"round-off 1.2e-19/d rad", rounding, 1e-9, 3e-8, 2});
   edge.follows({"truncation 0.0932 (2 pi fmax d)^2", truncation, 1e-6, 6e-5, 1.15});
   edge.expect();
-  // The best step of PHYSICS 8; steps of the sweep are a factor of 1.6 apart.
+  // The best step (2.6e-15/f_max^2)^(1/3); steps of the sweep are a factor of 1.6 apart.
   const double by_law = std::cbrt(2.6e-15 / (kHighest * kHighest));
   EXPECT_LT(std::abs(std::log(best / by_law)), std::log(2.0)) << best << " against " << by_law;
 }

@@ -23,7 +23,7 @@ struct UnusualNumber {
 };
 
 /// The numbers of `study` that can hardly be meant, one entry for each number that is probably wrong; none
-/// for a study whose quantities are all in the ordinary ranges (FORMATS.md, "Ordinary numbers"). A slip is
+/// for a study whose quantities are all in the ordinary ranges (`unusual.cpp`). A slip is
 /// looked for among the usual ones: powers of 1000 between the unit meant and the unit read, and focal length
 /// and diameter swapped. It is named if every quantity is in its range once it is undone. Of several that
 /// explain an f-number those are named that make the more common mirror.
