@@ -8,7 +8,6 @@
 #include <iterator>
 
 #include "aberfit/core/units.h"
-#include "aberfit/roughness/k_correlation.h"
 
 namespace aberfit {
 namespace {
@@ -20,11 +19,6 @@ constexpr double kBesideJump = 1e-9;
 constexpr double kBelowBreakpoints = 1e-3;
 constexpr int kMostHalvings = 30;
 constexpr double kSmallestPsd = 1e-290;  // [m^4], in place of nothing
-
-std::string band_text(double f_min, double f_max) {
-  return std::isinf(f_max) ? fmt::format("from {:.9g} /m on", f_min)
-                           : fmt::format("{:.9g} to {:.9g} /m", f_min, f_max);
-}
 
 std::string without_breaks(std::string text) {
   std::replace_if(
@@ -89,43 +83,6 @@ std::string abg_lines(const AbgFit& fit, double tis) {
   return text;
 }
 
-// Parameters in the conventions of other programs; a table has its own file.
-struct PsdLines {
-  double wavelength;
-
-  std::string operator()(const UniformPsd& m) const {
-    return fmt::format("# PSD: S2(f) = {:.9g} m^4 for {}\n", RadialPsd(m)(0.5 * (m.f_min + m.f_max)),
-                       band_text(m.f_min, m.f_max));
-  }
-  std::string operator()(const PowerLawPsd& m) const {
-    const double f = m.f_min > 0 ? m.f_min : m.f_max;
-    return fmt::format("# PSD: S2(f) = {:.9g} m^4 (f / (1 /m))^-{:.9g} for {}\n",
-                       m.amplitude ? *m.amplitude : RadialPsd(m)(f) * std::pow(f, m.exponent), m.exponent,
-                       band_text(m.f_min, m.f_max));
-  }
-  std::string operator()(const GaussianPsd& m) const {
-    return fmt::format("# PSD: S2(f) = pi l^2 sigma^2 exp(-(pi l f)^2), sigma = {:.9g} m, l = {:.9g} m\n",
-                       m.rms, m.correlation_length);
-  }
-  std::string operator()(const KCorrelationPsd& m) const {
-    const double f = std::max(m.f_min, std::min(1 / m.correlation, m.f_max));
-    const double a = RadialPsd(m)(f) * std::pow(1 + std::pow(m.correlation * f, 2), 0.5 * m.exponent);
-    const KCorrelationPsd whole = k_correlation_model({a, m.correlation, m.exponent}, 0, 1 / wavelength);
-    return fmt::format(
-        "# PSD: S2(f) = A / (1 + (B f)^2)^(C/2) for {}, A = {:.9g} um^4, B = {:.9g} um, C = {:.9g}; "
-        "two-sided, two-dimensional, of heights of the surface\n"
-        "# PSD: of K-correlation models by sigma, B, s (s = C) from f = 0 to 1/wavelength, sigma = {:.9g} m; "
-        "a program without a lowest frequency would scatter all of it, the band above has {:.9g} m\n",
-        band_text(m.f_min, m.f_max), a * 1e24, m.correlation * 1e6, m.exponent, whole.rms, m.rms);
-  }
-  std::string operator()(const TablePsd&) const { return "# PSD: a table, in the file of the PSD\n"; }
-  std::string operator()(const SumPsd& m) const {
-    std::string text;
-    for (const PsdModel& part : m.parts) text += std::visit(*this, part);
-    return text;
-  }
-};
-
 // Appends rows between two, the second included, until a chord in log f, log S is close to S.
 void append_rows(const std::function<double(double)>& psd, double f_low, double s_low, double f_high,
                  double s_high, int halvings, std::string* text) {
@@ -155,7 +112,7 @@ std::string scatter_csv(const ScatterExport& scatter) {
   std::string text = scene_lines(scatter) + use_lines(scatter);
   for (const AbgFit& fit : scatter.abg)
     if (fit.found) text += abg_lines(fit, t.tis);
-  if (scatter.rest) text += std::visit(PsdLines{t.wavelength}, *scatter.rest);
+  if (scatter.rest) text += psd_formula(*scatter.rest, t.wavelength);
   text += "theta_rad,asf_per_sr,bsdf_per_sr,tis_within\n";
   for (Eigen::Index i = 0; i < t.theta.size(); ++i)
     fmt::format_to(std::back_inserter(text), "{:.12g},{:.9g},{:.9g},{:.12g}\n", t.theta[i], t.asf_per_sr[i],

@@ -4,6 +4,9 @@
 #include <cassert>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/overloaded.h"
+#include "aberfit/roughness/psd_in_band.h"
+#include "psd_models.h"
 #include "square.h"
 
 namespace aberfit {
@@ -11,99 +14,34 @@ using namespace internal;
 
 namespace {
 
-// int_1^q t^(p-1) dt = (q^p - 1)/p, without cancellation for p near 0 or q near 1; q may be infinite (p < 0).
-double power_integral(double p, double log_q) { return p == 0 ? log_q : std::expm1(p * log_q) / p; }
-
-// Shapes S/factor, their height variance over the model's band for factor = 1, and their limits at both ends.
-
-double shape(const UniformPsd&, double) { return 1.0; }
-double shape(const KCorrelationPsd& m, double f) {
-  return std::exp(-0.5 * m.exponent * std::log1p(square(m.correlation * f)));
+// Of the power of f that a model is at high frequency.
+double high_exponent(const PsdModel& model) {
+  return std::visit(Overloaded{[](const SumPsd&) { return 0.0; },
+                               [](const auto& m) { return rules(m).high_term(m).exponent; }},
+                    model);
 }
-double shape(const PowerLawPsd& m, double f) { return std::pow(f, -m.exponent); }
-double shape(const GaussianPsd& m, double f) { return std::exp(-square(kPi * m.correlation_length * f)); }
-double shape(const TablePsd& m, double f) {
-  const auto above = std::upper_bound(m.frequency.begin(), m.frequency.end(), f);
-  const std::size_t i =
-      std::clamp<std::ptrdiff_t>(above - m.frequency.begin(), 1, std::ptrdiff_t(m.frequency.size()) - 1);
-  const double slope = std::log(m.psd[i] / m.psd[i - 1]) / std::log(m.frequency[i] / m.frequency[i - 1]);
-  return m.psd[i - 1] * std::pow(f / m.frequency[i - 1], slope);
-}
-double shape(const SumPsd&, double) { return 0.0; }  // sums are flattened, so this is never a part
-
-double factor(const UniformPsd& m) {
-  return square(m.rms) / (kPi * (m.f_max - m.f_min) * (m.f_max + m.f_min));
-}
-double factor(const KCorrelationPsd& m) {
-  // With v = 1 + (B f)^2 the height variance is pi/B^2 int v^(-c/2) dv.
-  const double v_min = 1 + square(m.correlation * m.f_min);
-  const double step = square(m.correlation) * (m.f_max - m.f_min) * (m.f_max + m.f_min);
-  const double p = 1 - 0.5 * m.exponent;
-  const double integral = std::pow(v_min, p) * power_integral(p, std::log1p(step / v_min));
-  return square(m.rms) / (kPi / square(m.correlation) * integral);
-}
-double factor(const PowerLawPsd& m) {
-  if (m.amplitude) return *m.amplitude;
-  const double p = 2 - m.exponent;
-  const double integral = m.f_min > 0 ? std::pow(m.f_min, p) * power_integral(p, std::log(m.f_max / m.f_min))
-                                      : std::pow(m.f_max, p) / p;
-  return square(*m.rms) / (2 * kPi * integral);
-}
-double factor(const GaussianPsd& m) { return kPi * square(m.correlation_length * m.rms); }
-double factor(const TablePsd&) { return 1.0; }
-double factor(const SumPsd&) { return 0.0; }
-
-PowerTerm low_term(const PowerLawPsd& m) { return {1.0, m.exponent}; }
-template <class Model>
-PowerTerm low_term(const Model&) {
-  return {1.0, 0.0};
-}
-PowerTerm high_term(const PowerLawPsd& m) { return {1.0, m.exponent}; }
-PowerTerm high_term(const KCorrelationPsd& m) { return {1.0, m.exponent, 1 / m.correlation}; }
-template <class Model>
-PowerTerm high_term(const Model&) {  // a Gaussian falls faster than any power
-  return {0.0, 0.0};
-}
-
-template <class Model>
-double lower_edge(const Model& m) {
-  if constexpr (requires { m.f_min; }) return m.f_min;
-  if constexpr (requires { m.frequency; }) return m.frequency.front();
-  return 0.0;
-}
-template <class Model>
-double upper_edge(const Model& m) {
-  if constexpr (requires { m.f_max; }) return m.f_max;
-  if constexpr (requires { m.frequency; }) return m.frequency.back();
-  return kInfinity;
-}
-
-void add_bends(const KCorrelationPsd& m, std::vector<double>* bends) { bends->push_back(1 / m.correlation); }
-void add_bends(const GaussianPsd& m, std::vector<double>* bends) {
-  bends->push_back(1 / (kPi * m.correlation_length));
-}
-void add_bends(const TablePsd& m, std::vector<double>* bends) {
-  bends->insert(bends->end(), m.frequency.begin(), m.frequency.end());
-}
-template <class Model>
-void add_bends(const Model&, std::vector<double>*) {}
 
 }  // namespace
 
 RadialPsd::RadialPsd(const PsdModel& model) {
   assert(psd_problem(model).empty());
-  if (const auto* sum = std::get_if<SumPsd>(&model)) {
-    for (const PsdModel& part : sum->parts) {
-      const RadialPsd flat(part);
-      parts_.insert(parts_.end(), flat.parts_.begin(), flat.parts_.end());
-    }
-  } else {
-    std::visit(
-        [&](const auto& m) {
-          parts_.push_back({model, factor(m), lower_edge(m), upper_edge(m)});
-        },
-        model);
-  }
+  std::visit(Overloaded{[&](const SumPsd& sum) {
+                          for (const PsdModel& part : sum.parts) {
+                            const RadialPsd flat(part);
+                            parts_.insert(parts_.end(), flat.parts_.begin(), flat.parts_.end());
+                          }
+                        },
+                        [&]<class Model>(const Model& m) {
+                          Part& part = parts_.emplace_back(Part{m, rules(m).factor(m), 0, kInfinity});
+                          for (const ModelNumber& number : rules(m).numbers(std::get<Model>(part.model))) {
+                            const PsdRole role = number.role;
+                            if (role == PsdRole::kLowest || role == PsdRole::kFrequency)
+                              part.f_min = number.values.front();
+                            if (role == PsdRole::kHighest || role == PsdRole::kFrequency)
+                              part.f_max = number.values.back();
+                          }
+                        }},
+             model);
   find_band();
 }
 
@@ -114,8 +52,8 @@ void RadialPsd::find_band() {
   for (const Part& part : parts_) {
     f_min_ = std::min(f_min_, part.f_min);
     f_max_ = std::max(f_max_, part.f_max);
-    std::vector<double> bends = {part.f_min, part.f_max};
-    std::visit([&](const auto& m) { add_bends(m, &bends); }, part.model);
+    std::vector<double> bends = std::visit([](const auto& m) { return rules(m).bends(m); }, part.model);
+    bends.insert(bends.end(), {part.f_min, part.f_max});
     for (const double f : bends)
       if (f >= part.f_min && f <= part.f_max && f > 0 && std::isfinite(f)) breakpoints_.push_back(f);
   }
@@ -127,7 +65,7 @@ double RadialPsd::operator()(double f) const {
   double sum = 0;
   for (const Part& part : parts_)
     if (f >= part.f_min && f <= part.f_max)
-      sum += part.factor * std::visit([f](const auto& m) { return shape(m, f); }, part.model);
+      sum += part.factor * std::visit([f](const auto& m) { return rules(m).shape(m, f); }, part.model);
   return sum;
 }
 
@@ -152,7 +90,7 @@ std::vector<PowerTerm> RadialPsd::low_frequency_terms() const {
   std::vector<PowerTerm> terms;
   for (const Part& part : parts_)
     if (part.f_min == 0) {
-      PowerTerm term = std::visit([](const auto& m) { return low_term(m); }, part.model);
+      PowerTerm term = std::visit([](const auto& m) { return rules(m).low_term(m); }, part.model);
       term.amplitude *= part.factor;
       terms.push_back(term);
     }
@@ -163,11 +101,75 @@ std::vector<PowerTerm> RadialPsd::high_frequency_terms() const {
   std::vector<PowerTerm> terms;
   for (const Part& part : parts_)
     if (std::isinf(part.f_max)) {
-      PowerTerm term = std::visit([](const auto& m) { return high_term(m); }, part.model);
+      PowerTerm term = std::visit([](const auto& m) { return rules(m).high_term(m); }, part.model);
       term.amplitude *= part.factor;
       if (term.amplitude > 0) terms.push_back(term);
     }
   return terms;
+}
+
+std::vector<PsdMember> psd_members(PsdModel& model) {
+  return std::visit(Overloaded{[](SumPsd&) { return std::vector<PsdMember>(); },
+                               [](auto& m) {
+                                 const ModelNumbers numbers = rules(m).numbers(m);
+                                 return std::vector<PsdMember>(numbers.begin(), numbers.end());
+                               }},
+                    model);
+}
+
+PsdModel scaled(PsdModel model, double heights, double frequencies) {
+  if (auto* sum = std::get_if<SumPsd>(&model))
+    for (PsdModel& part : sum->parts) part = scaled(part, heights, frequencies);
+  for (const PsdMember& member : psd_members(model))
+    for (double& x : member.values) switch (member.role) {
+        case PsdRole::kRms:
+          x *= heights;
+          break;
+        case PsdRole::kAmplitude:
+          x *= heights * heights * std::pow(frequencies, high_exponent(model) - 2);
+          break;
+        case PsdRole::kLength:
+          x /= frequencies;
+          break;
+        case PsdRole::kExponent:
+          break;
+        case PsdRole::kLowest:
+        case PsdRole::kHighest:
+        case PsdRole::kFrequency:
+          x *= frequencies;
+          break;
+        case PsdRole::kDensity:
+          x *= heights * heights / (frequencies * frequencies);
+          break;
+      }
+  return model;
+}
+
+std::optional<PsdModel> psd_in_band(const PsdModel& model, double f_min, double f_max) {
+  const auto sum_inside = [&](const SumPsd& sum) -> std::optional<PsdModel> {
+    SumPsd inside;
+    for (const PsdModel& part : sum.parts)
+      if (const std::optional<PsdModel> cut = psd_in_band(part, f_min, f_max)) inside.parts.push_back(*cut);
+    if (inside.parts.empty()) return std::nullopt;
+    return inside.parts.size() == 1 ? inside.parts.front() : PsdModel(inside);
+  };
+  return std::visit(Overloaded{sum_inside, [&](const auto& m) { return rules(m).cut(m, f_min, f_max); }},
+                    model);
+}
+
+std::string band_text(double f_min, double f_max) {
+  return std::isinf(f_max) ? fmt::format("from {:.9g} /m on", f_min)
+                           : fmt::format("{:.9g} to {:.9g} /m", f_min, f_max);
+}
+
+std::string psd_formula(const PsdModel& model, double wavelength) {
+  return std::visit(Overloaded{[&](const SumPsd& sum) {
+                                 std::string text;
+                                 for (const PsdModel& part : sum.parts) text += psd_formula(part, wavelength);
+                                 return text;
+                               },
+                               [&](const auto& m) { return rules(m).formula(m, wavelength); }},
+                    model);
 }
 
 }  // namespace aberfit

@@ -11,7 +11,7 @@
 #include "aberfit/roughness/bessel.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "hankel_panels.h"
-#include "log_slope.h"
+#include "psd_models.h"
 #include "square.h"
 #include "structure_quadrature.h"
 
@@ -20,8 +20,6 @@ using namespace internal;
 
 namespace {
 
-using Kind = PsdVariable::Kind;
-
 template <class Model>
 Model& part_at(Model& model, const std::vector<std::size_t>& part) {
   Model* at = &model;
@@ -29,39 +27,22 @@ Model& part_at(Model& model, const std::vector<std::size_t>& part) {
   return *at;
 }
 
-// The number itself; null if the model has none of this kind or it is not set.
-template <class Model>
-double* number(Model& m, Kind kind, std::size_t row) {
-  if constexpr (std::is_same_v<Model, PowerLawPsd>) {
-    if (kind == Kind::kRms) return m.rms ? &*m.rms : nullptr;
-    if (kind == Kind::kAmplitude) return m.amplitude ? &*m.amplitude : nullptr;
-  } else if constexpr (requires { m.rms; }) {
-    if (kind == Kind::kRms) return &m.rms;
-  }
-  if constexpr (requires { m.correlation; })
-    if (kind == Kind::kCorrelation) return &m.correlation;
-  if constexpr (requires { m.exponent; })
-    if (kind == Kind::kExponent) return &m.exponent;
-  if constexpr (requires { m.correlation_length; })
-    if (kind == Kind::kCorrelationLength) return &m.correlation_length;
-  if constexpr (requires { m.f_min; }) {
-    if (kind == Kind::kLowest) return m.f_min > 0 ? &m.f_min : nullptr;
-    if (kind == Kind::kHighest) return std::isfinite(m.f_max) ? &m.f_max : nullptr;
-  }
-  if constexpr (std::is_same_v<Model, TablePsd>)
-    if (kind == Kind::kTableValue && row < m.psd.size()) return &m.psd[row];
-  return nullptr;
+const char* const kHeights = "scale";
+const char* const kTableValue = "psd";
+const char* const kLowest = "f_min";
+const char* const kHighest = "f_max";
+
+// Whether it is set, and its change is one of S.
+bool may_vary(PsdRole role, double value) {
+  if (role == PsdRole::kLowest) return value > 0;
+  return role == PsdRole::kHighest ? std::isfinite(value) : role != PsdRole::kFrequency;
 }
 
-double* number(PsdModel& model, const PsdVariable& parameter) {
-  return std::visit([&](auto& m) { return number(m, parameter.kind, parameter.row); },
-                    part_at(model, parameter.part));
-}
-
-const char* key_of(Kind kind) {
-  static const char* const kKeys[] = {"rms",   "amplitude", "B",   "exponent", "correlation_length",
-                                      "f_min", "f_max",     "psd", "scale"};
-  return kKeys[std::size_t(kind)];
+double& number_at(PsdModel& model, const PsdVariable& parameter) {
+  for (const PsdMember& member : psd_members(part_at(model, parameter.part)))
+    if (member.key == parameter.key && parameter.row < member.values.size())
+      return member.values[parameter.row];
+  throw std::invalid_argument("\"" + pointer_of(parameter) + "\" is no number of this PSD");
 }
 
 void collect_parameters(const PsdModel& model, const std::vector<std::size_t>& part,
@@ -75,78 +56,56 @@ void collect_parameters(const PsdModel& model, const std::vector<std::size_t>& p
     return;
   }
   PsdModel copy = model;
-  const auto* table = std::get_if<TablePsd>(&model);
-  for (int kind = 0; kind < int(Kind::kHeights); ++kind)
-    for (std::size_t row = 0; row < (Kind(kind) == Kind::kTableValue && table ? table->psd.size() : 1); ++row)
-      if (number(copy, {Kind(kind), {}, row})) found->push_back({Kind(kind), part, row});
+  for (const PsdMember& member : psd_members(copy))
+    for (std::size_t row = 0; row < member.values.size(); ++row)
+      if (may_vary(member.role, member.values[row])) found->push_back({member.key, part, row});
 }
 
-// d ln S/dp inside the band for a given amplitude; `keep_rms` adds the part that keeps the rms.
-LogSlope slope_of_shape(const UniformPsd&, const PsdVariable&) { return {}; }
-LogSlope slope_of_shape(const KCorrelationPsd& m, const PsdVariable& p) {
+// The part of a table's d ln S/dp that one row has.
+LogSlope slope_of_row(const ModelNumbers& table, std::size_t row) {
   LogSlope slope;
-  slope.correlation = m.correlation;
-  if (p.kind == Kind::kCorrelation) slope.knee = -m.exponent / m.correlation;
-  if (p.kind == Kind::kExponent) slope.log_knee = -0.5;
+  for (const ModelNumber& column : table) {
+    if (column.role == PsdRole::kDensity) slope.hat = 1 / column.values[row];
+    if (column.role != PsdRole::kFrequency) continue;
+    slope.middle = column.values[row];
+    slope.left = row > 0 ? column.values[row - 1] : slope.middle;
+    slope.right = row + 1 < column.values.size() ? column.values[row + 1] : slope.middle;
+  }
   return slope;
 }
-LogSlope slope_of_shape(const PowerLawPsd& m, const PsdVariable& p) {
-  LogSlope slope;
-  if (p.kind == Kind::kAmplitude) slope.constant = 1 / *m.amplitude;
-  if (p.kind == Kind::kExponent) slope.log_f = -1;
-  return slope;
-}
-LogSlope slope_of_shape(const GaussianPsd& m, const PsdVariable& p) {
-  LogSlope slope;
-  if (p.kind == Kind::kCorrelationLength) slope.square = -2 * kPi * kPi * m.correlation_length;
-  return slope;
-}
-LogSlope slope_of_shape(const TablePsd& m, const PsdVariable& p) {
-  LogSlope slope;
-  if (p.kind != Kind::kTableValue) return slope;
-  slope.hat = 1 / m.psd[p.row];
-  slope.middle = m.frequency[p.row];
-  slope.left = p.row > 0 ? m.frequency[p.row - 1] : slope.middle;
-  slope.right = p.row + 1 < m.psd.size() ? m.frequency[p.row + 1] : slope.middle;
-  return slope;
-}
-LogSlope slope_of_shape(const SumPsd&, const PsdVariable&) { return {}; }
 
+// d ln S/dp inside the band if its ends stay, with what keeps the rms.
 template <class Model>
-double rms_kept(const Model& m) {  // 0: no rms
-  if constexpr (std::is_same_v<Model, PowerLawPsd>)
-    return m.rms.value_or(0);
-  else if constexpr (requires { m.rms; })
-    return m.rms;
-  return 0;
-}
-
-// Mean of d ln S/dp, weighted by the height variance, in closed form. It is subtracted if the rms stays
-// constant, because S is then divided by an integral over the band.
-double mean_slope(const KCorrelationPsd& m, const LogSlope& slope) {
-  // With v = 1 + (B f)^2 = exp(w) the height variance is int v^(p - 1) dv = int exp(p w) dw, p = 1 - c/2.
-  const double p = 1 - 0.5 * m.exponent;
-  const double low = std::log1p(square(m.correlation * m.f_min)),
-               high = std::isfinite(m.f_max) ? std::log1p(square(m.correlation * m.f_max)) : kInfinity;
-  const double all = exponential_integral(0, p, low, high);
-  double sum = 0;
-  if (slope.log_knee != 0) sum += slope.log_knee * exponential_integral(1, p, low, high) / all;
-  if (slope.knee != 0) sum += slope.knee * (1 - exponential_integral(0, p - 1, low, high) / all);
-  return sum;
-}
-double mean_slope(const PowerLawPsd& m, const LogSlope& slope) {
-  const double p = 2 - m.exponent, low = m.f_min > 0 ? std::log(m.f_min) : -kInfinity,
-               high = std::log(m.f_max), edge = std::isfinite(high) ? high : low;
-  if (slope.log_f == 0) return 0;
-  return slope.log_f * (edge + exponential_integral(1, p, low - edge, high - edge) /
-                                   exponential_integral(0, p, low - edge, high - edge));
-}
-double mean_slope(const GaussianPsd& m, const LogSlope& slope) {
-  return slope.square / square(kPi * m.correlation_length);  // <f^2> = 1/(pi l)^2
-}
-template <class Model>
-double mean_slope(const Model&, const LogSlope&) {
-  return 0;
+LogSlope log_slope(Model m, const PsdVariable& parameter, double end_variance) {
+  const ModelNumbers numbers = rules(m).numbers(m);
+  double rms = 0;
+  for (const ModelNumber& number : numbers)
+    if (number.role == PsdRole::kRms && !number.values.empty()) rms = number.values[0];
+  if (parameter.key == kHeights) return {.constant = 2};
+  for (const ModelNumber& number : numbers) {
+    if (number.key != parameter.key) continue;
+    LogSlope slope = number.slope;
+    switch (number.role) {
+      case PsdRole::kRms:
+        return {.constant = 2 / rms};
+      case PsdRole::kAmplitude:
+        return {.constant = 1 / number.values[0]};
+      case PsdRole::kDensity:
+        return slope_of_row(numbers, parameter.row);
+      case PsdRole::kLowest:
+      case PsdRole::kHighest:
+        if (rms > 0) slope.constant = -end_variance / square(rms);
+        break;
+      case PsdRole::kLength:
+      case PsdRole::kExponent:
+        if (rms > 0) slope.constant = -rules(m).mean_slope(m, slope);
+        break;
+      case PsdRole::kFrequency:
+        break;
+    }
+    return slope;
+  }
+  return {};
 }
 
 }  // namespace
@@ -164,59 +123,49 @@ std::vector<PsdVariable> psd_variables(const PsdModel& model) {
 std::string pointer_of(const PsdVariable& parameter) {
   std::string pointer;
   for (const std::size_t k : parameter.part) pointer += fmt::format("/parts/{}", k);
-  pointer += fmt::format("/{}", key_of(parameter.kind));
-  if (parameter.kind == Kind::kTableValue) pointer += fmt::format("/{}", parameter.row);
-  return pointer;
+  pointer += "/" + parameter.key;
+  return parameter.key == kTableValue ? fmt::format("{}/{}", pointer, parameter.row) : pointer;
 }
 
 PsdVariable psd_variable(const PsdModel& model, const std::string& pointer) {
   for (const PsdVariable& one : psd_variables(model)) {
     if (pointer_of(one) == pointer) return one;
-    PsdVariable heights{Kind::kHeights, one.part, 0};
+    PsdVariable heights{kHeights, one.part, 0};
     if (pointer_of(heights) == pointer) return heights;
   }
   throw std::invalid_argument("\"" + pointer + "\" is no number of this PSD");
 }
 
 double value_of(const PsdModel& model, const PsdVariable& parameter) {
-  if (parameter.kind == Kind::kHeights) return 1;
+  if (parameter.key == kHeights) return 1;
   PsdModel copy = model;
-  return *number(copy, parameter);
+  return number_at(copy, parameter);
 }
 
 PsdModel with_value(const PsdModel& model, const PsdVariable& parameter, double value) {
   PsdModel changed = model;
-  if (parameter.kind != Kind::kHeights) {
-    *number(changed, parameter) = value;
-    return changed;
+  if (parameter.key == kHeights) {
+    PsdModel& part = part_at(changed, parameter.part);
+    part = scaled(part, value, 1);
+  } else {
+    number_at(changed, parameter) = value;
   }
-  std::visit(Overloaded{[&](PowerLawPsd& m) {
-                          if (m.rms) m.rms = *m.rms * value;
-                          if (m.amplitude) m.amplitude = *m.amplitude * square(value);
-                        },
-                        [&](TablePsd& m) {
-                          for (double& s : m.psd) s *= square(value);
-                        },
-                        [](SumPsd&) {}, [&](auto& m) { m.rms *= value; }},
-             part_at(changed, parameter.part));
   return changed;
 }
 
 PsdDerivative::PsdDerivative(const PsdModel& model, const PsdVariable& parameter)
     : part_(part_at(model, parameter.part)) {
-  const PsdModel& part = part_at(model, parameter.part);
-  LogSlope slope = std::visit([&](const auto& m) { return slope_of_shape(m, parameter); }, part);
-  const double rms = std::visit([](const auto& m) { return rms_kept(m); }, part);
-  if (parameter.kind == Kind::kHeights) slope.constant = 2;
-  if (parameter.kind == Kind::kRms) slope.constant = 2 / rms;
-  const bool low = parameter.kind == Kind::kLowest, high = parameter.kind == Kind::kHighest;
+  const bool low = parameter.key == kLowest, high = parameter.key == kHighest;
+  double end_variance = 0;
   if (low || high) {
     const double f = low ? part_.f_min() : part_.f_max(), variance = 2 * kPi * f * part_(f);
-    rings_.push_back({f, low ? -variance : variance});
-    if (rms > 0) slope.constant = -rings_.back().variance / square(rms);
-  } else if (rms > 0 && !slope.is_constant()) {
-    slope.constant = -std::visit([&](const auto& m) { return mean_slope(m, slope); }, part);
+    end_variance = low ? -variance : variance;
+    rings_.push_back({f, end_variance});
   }
+  const LogSlope slope = std::visit(
+      Overloaded{[&](const SumPsd&) { return LogSlope{.constant = parameter.key == kHeights ? 2.0 : 0}; },
+                 [&](const auto& m) { return log_slope(m, parameter, end_variance); }},
+      part_at(model, parameter.part));
   if (high && part_.f_max() >= RadialPsd(model).f_max()) highest_ = 1;
   if (slope.hat != 0) part_ = part_.band(slope.left, slope.right);
   is_whole_ = parameter.part.empty();

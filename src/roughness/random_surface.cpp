@@ -7,7 +7,6 @@
 #include <functional>
 #include <numbers>
 #include <stdexcept>
-#include <string>
 
 #include "aberfit/core/random.h"
 #include "aberfit/core/smooth_number.h"
@@ -21,15 +20,11 @@ using namespace internal;
 
 namespace {
 
-using std::numbers::pi;
 using Complex = std::complex<double>;
 
 // Grid cells this near to zero frequency, in frequency steps, are integrated exactly. Beyond, two nodes per
 // side have an error of 4e-5 of a cell for S ~ f^-4.
 constexpr double kLowCells = 8;
-// A coarser grid replaces the frequency ordinates up to this one. A smaller number concentrates the coarser
-// grid's waves more at its lowest frequencies.
-constexpr Eigen::Index kReplaced = 2;
 
 /// Variance between the frequencies x0..x1 and y0..y1, all >= 0, in one quadrant.
 using QuadrantVariance = std::function<double(double x0, double x1, double y0, double y1)>;
@@ -41,18 +36,7 @@ struct Lattice {
   double pitch;
 };
 
-// A random amplitude with E |c|^2 = variance of one ordinate; real where the ordinate mirrors itself.
-Complex amplitude(SpectrumDraw draw, const RandomStream& stream, std::uint64_t index, double variance,
-                  bool own_mirror) {
-  if (draw == SpectrumDraw::kPhaseOnly) {
-    const double u = stream.uniform(index), a = std::sqrt(variance);
-    return own_mirror ? Complex(u < 0.5 ? -a : a) : std::polar(a, 2 * pi * u);
-  }
-  const auto [re, im] = stream.normal_pair(index);
-  return own_mirror ? Complex(std::sqrt(variance) * re) : std::sqrt(0.5 * variance) * Complex(re, im);
-}
-
-// Quadrant variances of the frequency cells of the first grid, (j, k) for frequencies j/(rows pitch),
+// Quadrant variances of the frequency cells of the grid, (j, k) for frequencies j/(rows pitch),
 // k/(columns pitch). Cells end at 1/(2 pitch), so the last one of an even size is half a cell.
 Grid cell_variances(const QuadrantVariance& variance, Eigen::Index rows, Eigen::Index columns, double pitch) {
   const auto edges = [pitch](Eigen::Index k, Eigen::Index n) {
@@ -73,7 +57,7 @@ Grid cell_variances(const QuadrantVariance& variance, Eigen::Index rows, Eigen::
   return cells;
 }
 
-// Half of the spectrum of the first grid: ordinates (j, k), k = 0 .. columns/2. The rest is the mirror image.
+// Half of the spectrum of the grid: ordinates (j, k), k = 0 .. columns/2. The rest is the mirror image.
 // Each pair has one random number, with the index of the first of the two in row order. Ordinates that are
 // their own mirror image (zero and, in even sizes, Nyquist) are real and hold the variance of both signs.
 // Calls put(j, k, value).
@@ -82,24 +66,19 @@ void draw_spectrum(const Grid& cells, Eigen::Index rows, Eigen::Index columns,
                    const RandomSurfaceOptions& options, const Put& put) {
   const RandomStream stream(options.seed, "random-surface");
   const Eigen::Index half = columns / 2;
-  const bool gaussian = options.draw == SpectrumDraw::kGaussian;
   std::vector<double> re(static_cast<std::size_t>(columns)), im(re.size());
   for (Eigen::Index j = 0; 2 * j <= rows; ++j) {
     const Eigen::Index opposite = (rows - j) % rows;
     const bool own_row = opposite == j;
     const Eigen::Index last = own_row ? half : columns - 1;
-    if (gaussian) stream.normal_pairs(std::uint64_t(j * columns), int(last + 1), re.data(), im.data());
+    stream.normal_pairs(std::uint64_t(j * columns), int(last + 1), re.data(), im.data());
     for (Eigen::Index k = 0; k <= last; ++k) {
       const Eigen::Index k_mirror = (columns - k) % columns, column = std::min(k, k_mirror);
       const bool own_column = k == k_mirror;
       const double variance = cells(j, column) * (own_row ? 2 : 1) * (own_column ? 2 : 1);
-      Complex c;
-      if (!gaussian)
-        c = amplitude(options.draw, stream, std::uint64_t(j * columns + k), variance, own_row && own_column);
-      else if (own_row && own_column)
-        c = std::sqrt(variance) * re[std::size_t(k)];
-      else
-        c = std::sqrt(0.5 * variance) * Complex(re[std::size_t(k)], im[std::size_t(k)]);
+      const double real = re[std::size_t(k)], imaginary = im[std::size_t(k)];
+      const Complex c = own_row && own_column ? std::sqrt(variance) * real
+                                              : std::sqrt(0.5 * variance) * Complex(real, imaginary);
       if (k <= half) put(j, k, c);
       // The mirror image, if it is in this half too.
       if (k_mirror <= half && !(own_row && own_column)) put(opposite, k_mirror, std::conj(c));
@@ -141,9 +120,10 @@ Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen
   return height;
 }
 
-// Waves of the first grid, cut to the map.
-Grid first_grid(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen::Index columns,
-                const RandomSurfaceOptions& options) {
+// Waves of the grid, cut to the map.
+Grid draw_heights(const QuadrantVariance& variance, const Lattice& map, const RandomSurfaceOptions& options) {
+  const Eigen::Index columns = map.columns * map.oversize, rows = map.line ? 1 : map.rows * map.oversize;
+  const Grid cells = cell_variances(variance, rows, columns, map.pitch);
   if (is_smooth(rows) && is_smooth(columns)) return transformed(cells, map, rows, columns, options);
   std::vector<Complex> values(std::size_t(rows * columns));
   draw_spectrum(cells, rows, columns, options, [&](Eigen::Index j, Eigen::Index k, Complex c) {
@@ -157,79 +137,10 @@ Grid first_grid(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen:
   return height;
 }
 
-// Frequency cells of a coarser grid along one axis, one step wide and cut at the rectangle they fill.
-struct Axis {
-  std::vector<double> low, high;
-  double centre(Eigen::Index k) const {
-    return k == 0 ? 0 : 0.5 * (low[std::size_t(k)] + high[std::size_t(k)]);
-  }
-  Eigen::Index size() const { return Eigen::Index(low.size()); }
-};
-
-Axis axis_of(double end, double step, bool only_zero) {
-  Axis axis;
-  for (int k = 0; k == 0 || (!only_zero && (k - 0.5) * step < end * (1 - 1e-12)); ++k) {
-    axis.low.push_back(std::max(0.0, k - 0.5) * step);
-    axis.high.push_back(std::min((k + 0.5) * step, end));
-  }
-  return axis;
-}
-
-// Adds the waves of a coarser grid one by one at the points of the map, because they are few.
-void add_waves(const QuadrantVariance& variance, const Axis& x, const Axis& y, Eigen::Index inner_x,
-               Eigen::Index inner_y, const RandomStream& stream, SpectrumDraw draw, double pitch,
-               Grid* height) {
-  Eigen::MatrixXcd waves = Eigen::MatrixXcd::Zero(2 * y.size() - 1, x.size());  // rows: -y .. y
-  const Eigen::Index zero = y.size() - 1;
-  for (Eigen::Index j = -zero; j <= zero; ++j)
-    for (Eigen::Index k = 0; k < x.size(); ++k) {
-      const Eigen::Index across = std::abs(j);
-      if ((across <= inner_y && k <= inner_x) || (k == 0 && j < 0)) continue;
-      const double cell = variance(x.low[std::size_t(k)], x.high[std::size_t(k)], y.low[std::size_t(across)],
-                                   y.high[std::size_t(across)]);
-      waves(j + zero, k) = amplitude(draw, stream, std::uint64_t((j + zero) * x.size() + k),
-                                     cell * (j == 0 ? 2 : 1) * (k == 0 ? 2 : 1), false);
-    }
-  Eigen::MatrixXcd along_y(height->rows(), 2 * y.size() - 1), along_x(x.size(), height->cols());
-  for (Eigen::Index j = -zero; j <= zero; ++j)
-    for (Eigen::Index r = 0; r < height->rows(); ++r)
-      along_y(r, j + zero) =
-          std::polar(1.0, 2 * pi * (j < 0 ? -1 : 1) * y.centre(std::abs(j)) * double(r) * pitch);
-  for (Eigen::Index k = 0; k < x.size(); ++k)
-    for (Eigen::Index c = 0; c < height->cols(); ++c)
-      along_x(k, c) = std::polar(1.0, 2 * pi * x.centre(k) * double(c) * pitch);
-  const Eigen::MatrixXcd at_rows = along_y * waves;
-  height->matrix() += 2 * (at_rows.real() * along_x.real() - at_rows.imag() * along_x.imag());
-}
-
-Grid draw_heights(const QuadrantVariance& variance, const Lattice& map, const RandomSurfaceOptions& options) {
-  const Eigen::Index columns = map.columns * map.oversize, rows = map.line ? 1 : map.rows * map.oversize;
-  Grid cells = cell_variances(variance, rows, columns, map.pitch);
-  Eigen::Index inner_x = std::min(kReplaced, (columns - 1) / 2),
-               inner_y = std::min(kReplaced, (rows - 1) / 2);
-  if (options.scales > 1) cells.topLeftCorner(inner_y + 1, inner_x + 1).setZero();
-  Grid height = first_grid(cells, map, rows, columns, options);
-  double step_x = 1 / (double(columns) * map.pitch), step_y = 1 / (double(rows) * map.pitch);
-  const double shrink = 1 / double(std::max(2, options.oversize));
-  for (int scale = 1; scale < options.scales; ++scale) {
-    const double end_x = (double(inner_x) + 0.5) * step_x, end_y = (double(inner_y) + 0.5) * step_y;
-    step_x *= shrink;
-    step_y *= shrink;
-    const Axis x = axis_of(end_x, step_x, false), y = axis_of(end_y, step_y, map.line);
-    const bool last = scale + 1 == options.scales;
-    inner_x = last ? 0 : std::min(kReplaced, x.size() - 2);
-    inner_y = last || map.line ? 0 : std::min(kReplaced, y.size() - 2);
-    const RandomStream stream(options.seed, "random-surface-scale-" + std::to_string(scale));
-    add_waves(variance, x, y, inner_x, inner_y, stream, options.draw, map.pitch, &height);
-  }
-  return height;
-}
-
 void check(Eigen::Index rows, Eigen::Index columns, double pitch, const RandomSurfaceOptions& options) {
   if (rows < 1 || columns < 1) throw std::invalid_argument("a random surface needs at least one point");
   if (!(pitch > 0)) throw std::invalid_argument("the pitch of a random surface must be positive");
-  if (options.oversize < 1 || options.scales < 1)
-    throw std::invalid_argument("oversize and scales of a random surface start at 1");
+  if (options.oversize < 1) throw std::invalid_argument("the oversize of a random surface starts at 1");
 }
 
 bool low_cell(double lower, double upper) { return lower < kLowCells * (upper - lower); }
@@ -316,9 +227,8 @@ Profile random_profile(const RadialPsd& psd, Eigen::Index points, double pitch,
   check(1, points, pitch, options);
   // S1 has an infinite slope at a frequency where S jumps. The factor is a quarter, because S1 is one-sided
   // and the grid of one row counts its only row twice.
-  const double longest = double(points) * double(options.oversize) * pitch *
-                         std::pow(std::max(2, options.oversize), options.scales - 1);
-  const ProfileSpectrum s1(psd, 0.1 / longest);  // cells start at half a step of the largest grid
+  const double longest = double(points) * double(options.oversize) * pitch;
+  const ProfileSpectrum s1(psd, 0.1 / longest);  // cells start at half a step of the grid
   const QuadrantVariance variance = [&s1, jump = jumps(psd)](double a, double b, double, double) {
     if (low_cell(a, b) || jumps_between(jump, a, b))
       return 0.25 * integral_in_pieces(std::cref(s1), a, b, jump);

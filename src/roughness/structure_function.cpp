@@ -8,16 +8,13 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/roughness/psd.h"
 #include "hankel_panels.h"
-#include "square.h"
+#include "psd_models.h"
 #include "structure_quadrature.h"
 
 namespace aberfit {
 using namespace internal;
 
-namespace {
-
-// 1 - 2 J1(z)/z with a relative error of rounding.
-double one_minus_jinc(double z) {
+double internal::one_minus_jinc(double z) {
   if (z > 1) return 1 - 2 * boost::math::cyl_bessel_j(1, z) / z;
   const double q = 0.25 * z * z;
   double term = 0.5 * q, sum = term;
@@ -28,11 +25,8 @@ double one_minus_jinc(double z) {
   return sum;
 }
 
-constexpr double kEvenExponent = 1e-9;  // distance of nu from an integer for the integer formula
-
-// 1 - (2/Gamma(nu)) (a/2)^nu K_nu(a). Up to a = 2 it uses the series of K_nu without its first term: DLMF
-// 10.27.4 with 10.25.2, and 10.31.1 for an integer nu.
-double one_minus_matern(double nu, double a) {
+double internal::one_minus_matern(double nu, double a) {
+  constexpr double kEvenExponent = 1e-9;  // distance of nu from an integer for the integer formula
   if (a > 700) return 1;
   if (a > 2)
     return 1 - 2 / boost::math::tgamma(nu) * std::pow(0.5 * a, nu) * boost::math::cyl_bessel_k(nu, a);
@@ -67,54 +61,6 @@ double one_minus_matern(double nu, double a) {
   return sum;
 }
 
-std::optional<double> structure_closed_form(const GaussianPsd& m, double factor, double f_min, double f_max,
-                                            double r) {
-  if (f_min > 0 || std::isfinite(f_max)) return std::nullopt;
-  return -factor / (kPi * square(m.correlation_length)) * std::expm1(-square(r / m.correlation_length));
-}
-
-std::optional<double> structure_closed_form(const KCorrelationPsd& m, double factor, double f_min,
-                                            double f_max, double r) {
-  const double nu = 0.5 * m.exponent - 1;
-  if (f_min > 0 || std::isfinite(f_max) || nu > 60) return std::nullopt;  // K_nu overflows for larger nu
-  return kPi * factor / (square(m.correlation) * nu) * one_minus_matern(nu, 2 * kPi * r / m.correlation);
-}
-
-std::optional<double> structure_closed_form(const UniformPsd&, double factor, double f_min, double f_max,
-                                            double r) {
-  if (f_max - f_min < 0.1 * f_max) return std::nullopt;  // the difference of the discs would lose digits
-  const auto disc = [r](double f) { return kPi * f * f * one_minus_jinc(2 * kPi * r * f); };
-  return factor * (disc(f_max) - disc(f_min));
-}
-
-template <class Model>
-std::optional<double> structure_closed_form(const Model&, double, double, double, double) {
-  return std::nullopt;
-}
-
-std::vector<PowerStretch> power_stretches(const PowerLawPsd& m, double f_min, double f_max) {
-  return {PowerStretch(f_min, f_max, m.exponent)};
-}
-std::vector<PowerStretch> power_stretches(const UniformPsd&, double f_min, double f_max) {
-  return {PowerStretch(f_min, f_max, 0)};
-}
-std::vector<PowerStretch> power_stretches(const TablePsd& m, double f_min, double f_max) {
-  std::vector<PowerStretch> stretches;
-  for (std::size_t i = 0; i + 1 < m.frequency.size(); ++i) {
-    const double a = m.frequency[i], b = m.frequency[i + 1];
-    if (a < f_max && b > f_min)
-      stretches.emplace_back(std::max(a, f_min), std::min(b, f_max),
-                             -std::log(m.psd[i + 1] / m.psd[i]) / std::log(b / a));
-  }
-  return stretches;
-}
-template <class Model>
-std::vector<PowerStretch> power_stretches(const Model&, double, double) {
-  return {};
-}
-
-}  // namespace
-
 Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r) {
   if (!has_finite_structure_function(psd)) return Eigen::ArrayXd::Constant(r.size(), kInfinity);
   Eigen::ArrayXd result = Eigen::ArrayXd::Zero(r.size());
@@ -122,20 +68,19 @@ Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r)
   if (r_max <= 0) return result;
   const double r_min = (r > 0).select(r, r_max).minCoeff();
   for (const RadialPsd::Part& part : psd.parts_) {
+    const PsdPiece piece{part.factor, part.f_min, part.f_max};
     std::optional<StructureQuadrature> quadrature;  // made when first needed
     for (Eigen::Index i = 0; i < r.size(); ++i) {
       if (!(r[i] > 0)) continue;
-      const std::optional<double> closed = std::visit(
-          [&](const auto& m) { return structure_closed_form(m, part.factor, part.f_min, part.f_max, r[i]); },
-          part.model);
+      const std::optional<double> closed =
+          std::visit([&](const auto& m) { return rules(m).structure(m, piece, r[i]); }, part.model);
       if (!closed && !quadrature) {
         RadialPsd alone;
         alone.parts_.push_back(part);
         alone.find_band();
         quadrature.emplace(
-            alone,
-            std::visit([&](const auto& m) { return power_stretches(m, part.f_min, part.f_max); }, part.model),
-            r_min, r_max);
+            alone, std::visit([&](const auto& m) { return rules(m).stretches(m, piece); }, part.model), r_min,
+            r_max);
       }
       result[i] += closed ? *closed : (*quadrature)(r[i]);
     }

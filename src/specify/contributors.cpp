@@ -26,39 +26,6 @@ constexpr double kOfDirections = 1e-6;     // error of the mean over directions 
 constexpr int kFewest = 4, kMost = 64;     // directions in a quarter turn
 constexpr double kTilting = 100;           // correlation length of jitter over the aperture
 
-// S'(f) = heights^2 S(f/frequencies)/frequencies^2. Apart from the heights, the variance stays.
-struct Scaled {
-  double heights = 1, frequencies = 1;
-
-  PsdModel operator()(UniformPsd m) const {
-    m.rms *= heights, m.f_min *= frequencies, m.f_max *= frequencies;
-    return m;
-  }
-  PsdModel operator()(KCorrelationPsd m) const {
-    m.rms *= heights, m.correlation /= frequencies, m.f_min *= frequencies, m.f_max *= frequencies;
-    return m;
-  }
-  PsdModel operator()(PowerLawPsd m) const {
-    if (m.rms) *m.rms *= heights;
-    if (m.amplitude) *m.amplitude *= heights * heights * std::pow(frequencies, m.exponent - 2);
-    m.f_min *= frequencies, m.f_max *= frequencies;
-    return m;
-  }
-  PsdModel operator()(GaussianPsd m) const {
-    m.rms *= heights, m.correlation_length /= frequencies;
-    return m;
-  }
-  PsdModel operator()(TablePsd m) const {
-    for (double& f : m.frequency) f *= frequencies;
-    for (double& s : m.psd) s *= heights * heights / (frequencies * frequencies);
-    return m;
-  }
-  PsdModel operator()(SumPsd m) const {
-    for (PsdModel& part : m.parts) part = std::visit(*this, part);
-    return m;
-  }
-};
-
 PsdModel sum_of(const std::vector<std::pair<std::string, PsdModel>>& surfaces, std::size_t without) {
   SumPsd sum;
   for (std::size_t k = 0; k < surfaces.size(); ++k)
@@ -79,7 +46,7 @@ double across(const Task& task) { return 2 * aperture_radius(task.aperture); }
 PsdModel in_pupil(const OtherSurface& surface) {
   const double cosine = std::cos(surface.incidence), halved = surface.is_wavefront ? 0.5 : 1;
   const double base = (1 - cosine) / (1 + cosine);
-  if (base < kNormal) return std::visit(Scaled{cosine * halved, surface.footprint}, surface.psd);
+  if (base < kNormal) return scaled(surface.psd, cosine * halved, surface.footprint);
   const int count =
       std::clamp(int(std::ceil(0.5 * std::log(kOfDirections) / std::log(base))), kFewest, kMost);
   SumPsd sum;
@@ -87,7 +54,7 @@ PsdModel in_pupil(const OtherSurface& surface) {
     const double t = 0.5 * kPi * (k + 0.5) / count;
     const double stretch = 1 / std::hypot(cosine * std::cos(t), std::sin(t));
     const double heights = halved * stretch * std::sqrt(std::pow(cosine, 3) / count);
-    sum.parts.push_back(std::visit(Scaled{heights, stretch * surface.footprint}, surface.psd));
+    sum.parts.push_back(scaled(surface.psd, heights, stretch * surface.footprint));
   }
   return sum;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "aberfit/core/constants.h"
+#include "processing.h"
 
 namespace aberfit {
 namespace {
@@ -35,12 +36,6 @@ struct Prediction {
   double value = 0;
   int kind = -1;  // 0: all pairs; 1 + k: pair k; 1 + arms + k: line k extrapolated; -1: no neighbours
 };
-
-double median_of(std::vector<double>* values) {
-  const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
 
 // Returns the standard deviation of Gaussian numbers about `centre`, insensitive to a few outliers.
 double deviation_about(double centre, std::vector<double> values) {

@@ -1,5 +1,7 @@
 #include "processing.h"
 
+#include <algorithm>
+
 #include "window.h"
 
 namespace aberfit::internal {
@@ -28,6 +30,12 @@ ComplexGrid SurfaceProcessing::wave_transform(double u, double v) const {
 void SurfaceProcessing::transform_and_restore(ComplexGrid* windowed) const {
   (*transform)(windowed->data());
   if (restored.size() > 0) windowed->reshaped<Eigen::RowMajor>() *= restored;
+}
+
+double median_of(std::vector<double>* values) {
+  const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
 }
 
 }  // namespace aberfit::internal

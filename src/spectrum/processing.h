@@ -114,4 +114,7 @@ struct PixelRectangle {
 /// the border of the valid area count as inside, unless one takes more than 5 % of the rectangle.
 PixelRectangle largest_inner_rectangle(const HeightMap& map);
 
+/// The upper of the two in the middle; reorders the values, of which there must be one.
+double median_of(std::vector<double>* values);
+
 }  // namespace aberfit::internal

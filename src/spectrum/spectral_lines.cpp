@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "aberfit/core/constants.h"
+#include "processing.h"
 
 namespace aberfit::internal {
 namespace {
@@ -16,12 +17,6 @@ using std::numbers::ln2;
 // False alarms per spectrum [probability], ten times below the documented rate for an approximate continuum.
 constexpr double kFalseAlarm = 1e-4;
 constexpr int kFirst = 8;  // ordinate
-
-double median(std::vector<double>* values) {
-  const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
 
 // P(peak > x continuum) for an exponential ordinate over a continuum that is the median of n_effective
 // others. The relative variance of that median is 2.08/n, hence F(2, nu) with nu = 0.96 n degrees of freedom.
@@ -40,7 +35,7 @@ struct Trend {
   // Adds the continuum of some ordinates about f: their median over ln 2.
   void add(double f, std::vector<double>* values) {
     log_f.push_back(std::log(f));
-    log_level.push_back(std::log(std::max(median(values) / ln2, std::numeric_limits<double>::min())));
+    log_level.push_back(std::log(std::max(median_of(values) / ln2, std::numeric_limits<double>::min())));
   }
   double operator()(double f) const {
     if (log_f.empty()) return 1;
@@ -89,7 +84,7 @@ LineSearch profile_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int 
       if (std::abs(i - k) > half + 1) around.push_back(p[i] / trend(i));
     if (around.size() < 8) continue;
     const double n = double(around.size()) / correlation;
-    const double continuum = trend(k) * median(&around) / ln2;
+    const double continuum = trend(k) * median_of(&around) / ln2;
     chance[k] = anywhere(exceedance(p[k] / continuum, n), last);
     if (chance[k] < kFalseAlarm && p[k] > negligible)
       peaks.push_back({k, continuum, p[k] / continuum, chance[k]});
@@ -150,7 +145,7 @@ void plane_waves(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, do
         }
     const double n = double(around.size()) / (correlation * correlation);
     const double continuum =
-        std::max(level, median(&around) / ln2);  // for anisotropic surfaces the higher of the two
+        std::max(level, median_of(&around) / ln2);  // for anisotropic surfaces the higher of the two
     const double chance = anywhere(exceedance(p[i] / continuum, n), looks);
     if (chance < kFalseAlarm) peaks.push_back({i, continuum, p[i] / continuum, chance});
   }
@@ -204,11 +199,11 @@ void rings(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double c
     std::vector<double> slopes;  // Theil-Sen, which is robust against another ring nearby
     for (std::size_t a = 0; a < x.size(); ++a)
       for (std::size_t b = a + 1; b < x.size(); ++b) slopes.push_back((y[b] - y[a]) / (x[b] - x[a]));
-    const double slope = median(&slopes);
+    const double slope = median_of(&slopes);
     for (std::size_t a = 0; a < x.size(); ++a) rest.push_back(y[a] - slope * x[a]);
-    const double level = median(&rest);
+    const double level = median_of(&rest);
     for (double& value : rest) value = std::abs(value - level);
-    const double theory = correlation / std::sqrt(count[here]), seen = 1.4826 * median(&rest);
+    const double theory = correlation / std::sqrt(count[here]), seen = 1.4826 * median_of(&rest);
     const double mean = 0.5 * sum[here] / count[here], sigma = 1.3 * std::max(theory, seen);
     const double z = (std::log(mean) - level) / sigma;
     if (!(z > 3)) continue;

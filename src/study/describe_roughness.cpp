@@ -184,6 +184,12 @@ void describe(Visitor& v, RoughnessSum& m) {
       [&](Visitor& part, std::size_t i) { describe_psd_block(part, m.parts[i]); }, "psd");
 }
 
+// Every node with its word.
+template <class... Nodes>
+std::vector<std::pair<std::string, std::variant<Nodes...>>> kinds_of(const std::variant<Nodes...>&) {
+  return {{Nodes::kModel, Nodes{}}...};
+}
+
 }  // namespace
 
 void require_band(Visitor& v, double f_min, double f_max) {
@@ -193,13 +199,7 @@ void require_band(Visitor& v, double f_min, double f_max) {
 
 void describe_psd_block(Visitor& v, RoughnessModel& node) {
   v.kind({"model", "which PSD; the keys beside it belong to the model", kRequired}, node.model,
-         {{"uniform", UniformPsd{}},
-          {"k-correlation", KCorrelationPsd{}},
-          {"power-law", PowerLawPsd{}},
-          {"gaussian", GaussianPsd{}},
-          {"table", PsdTableFile{}},
-          {"measured", MeasuredPsd{}},
-          {"sum", RoughnessSum{}}});
+         kinds_of(node.model));
   std::visit([&](auto& model) { describe(v, model); }, node.model);
   v.text({"name", "what people call this roughness, such as a part of a sum", kOptional, "\"polishing\""},
          node.name, true);

@@ -11,15 +11,24 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Dimension dimension_of(PsdRole role) {
+  if (role == PsdRole::kExponent) return Dimension::kNumber;
+  if (role == PsdRole::kAmplitude || role == PsdRole::kDensity) return Dimension::kPsd2d;
+  return role == PsdRole::kRms || role == PsdRole::kLength ? Dimension::kLength
+                                                           : Dimension::kSpatialFrequency;
+}
+
+// Keys of all models, and the scale of tables.
+template <class... Models>
+std::map<std::string, Dimension> dimensions_of(const std::variant<Models...>&) {
+  std::map<std::string, Dimension> dimensions = {{"scale", Dimension::kNumber}};
+  for (PsdModel model : {PsdModel(Models{})...})
+    for (const PsdMember& member : psd_members(model)) dimensions[member.key] = dimension_of(member.role);
+  return dimensions;
+}
+
 void collect(const Json& psd, const std::string& pointer, std::vector<PsdNumber>* numbers) {
-  static const std::map<std::string, Dimension> kDimensions = {{"rms", Dimension::kLength},
-                                                               {"B", Dimension::kLength},
-                                                               {"correlation_length", Dimension::kLength},
-                                                               {"amplitude", Dimension::kPsd2d},
-                                                               {"f_min", Dimension::kSpatialFrequency},
-                                                               {"f_max", Dimension::kSpatialFrequency},
-                                                               {"exponent", Dimension::kNumber},
-                                                               {"scale", Dimension::kNumber}};
+  static const std::map<std::string, Dimension> kDimensions = dimensions_of(PsdModel());
   if (psd.value("model", "") == "measured") return;
   for (const auto& [key, dimension] : kDimensions)
     if (psd.contains(key) && psd[key].is_number())

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/overloaded.h"
 #include "aberfit/core/units.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/scene/aperture.h"
@@ -360,39 +361,24 @@ Place steepest_departure(const Mirror& mirror, double radius, double* slope) {
   return steepest;
 }
 
-// Height and band of a closed model as a study has them; of data neither has a key of its own.
-struct KeysOfModel {
-  std::vector<Place>* places;
-  std::string pointer;
-
-  void height(double rms) const {
-    places->push_back({Number::kRms, "an RMS height of", pointer + "/rms", rms});
+// Height and band of a closed model as a study has them. Without a highest frequency a length ends the band.
+void add_keys_of(PsdModel model, const std::string& pointer, std::vector<Place>* places) {
+  bool has_end = false;
+  for (const PsdMember& member : psd_members(model)) {
+    if (member.values.empty()) continue;
+    const double value = member.values[0];
+    const std::string key = fmt::format("{}/{}", pointer, member.key);
+    if (member.role == PsdRole::kRms) places->push_back({Number::kRms, "an RMS height of", key, value});
+    has_end |= member.role == PsdRole::kHighest && std::isfinite(value);
+    if (member.role == PsdRole::kHighest && has_end)
+      places->push_back(
+          {Number::kBand, "a highest frequency of", key, value, Dimension::kSpatialFrequency, 1});
   }
-  void band(const char* key, double value, Dimension dimension, double power) const {
-    const char* name = dimension == Dimension::kLength ? "a length of" : "a highest frequency of";
-    places->push_back({Number::kBand, name, pointer + "/" + key, value, dimension, power});
-  }
-  void operator()(const UniformPsd& psd) const {
-    height(psd.rms), band("f_max", psd.f_max, Dimension::kSpatialFrequency, 1);
-  }
-  void operator()(const KCorrelationPsd& psd) const {
-    height(psd.rms);
-    if (std::isfinite(psd.f_max))
-      band("f_max", psd.f_max, Dimension::kSpatialFrequency, 1);
-    else
-      band("B", psd.correlation, Dimension::kLength, -1);
-  }
-  void operator()(const PowerLawPsd& psd) const {
-    if (psd.rms) height(*psd.rms);
-    if (std::isfinite(psd.f_max)) band("f_max", psd.f_max, Dimension::kSpatialFrequency, 1);
-  }
-  void operator()(const GaussianPsd& psd) const {
-    height(psd.rms), band("correlation_length", psd.correlation_length, Dimension::kLength, -1);
-  }
-  void operator()(const PsdTableFile&) const {}
-  void operator()(const MeasuredPsd&) const {}
-  void operator()(const RoughnessSum&) const {}
-};
+  for (const PsdMember& member : psd_members(model))
+    if (member.role == PsdRole::kLength && !has_end)
+      places->push_back({Number::kBand, "a length of", fmt::format("{}/{}", pointer, member.key),
+                         member.values[0], Dimension::kLength, -1});
+}
 
 // How a surface of the path counts: its beam over the pupil, and its heights over those of a mirror.
 struct InPath {
@@ -419,11 +405,13 @@ void look_at_roughness(const RoughnessModel& node, const std::string& pointer, I
   here.whole = path.height * std::max(path.whole, moments.rms_height());
   here.slope = path.height * moments.rms_slope_per_axis();
   here.lowest = psd.f_min(), here.highest = psd.f_max(), here.across *= path.footprint;
-  // exp(-(pi l f)^2) has fallen to 2 % where f = 2/(pi l).
-  if (const auto* gaussian = std::get_if<GaussianPsd>(&node.model))
-    here.highest = 2 / (kPi * gaussian->correlation_length);
+  // exp(-(pi l f)^2), which ends nowhere and falls faster than powers, has fallen to 2 % where f = 2/(pi l).
+  if (std::isinf(psd.f_max()) && psd.high_frequency_terms().empty())
+    here.highest = 2 * psd.breakpoints().back();
   std::vector<Place> places;
-  std::visit(KeysOfModel{&places, pointer}, node.model);
+  std::visit(Overloaded{[](const PsdTableFile&) {}, [](const MeasuredPsd&) {}, [](const RoughnessSum&) {},
+                        [&](const auto& closed) { add_keys_of(closed, pointer, &places); }},
+             node.model);
   places.push_back({Number::kRms, "an RMS height of", pointer, moments.rms_height()});
   places.push_back(
       {Number::kBand, "a highest frequency of", pointer, psd.f_max(), Dimension::kSpatialFrequency});

@@ -78,8 +78,7 @@ TEST(RandomSurface, MeanPeriodogramOfPeriodicDrawsIsThePsdAtEveryOrdinate) {
         fy(a, b) = std::polar(1.0 / double(M), -2 * pi * double(a * b) / double(M));
     Eigen::ArrayXXd periodogram = Eigen::ArrayXXd::Zero(M, N);
     for (int seed = 0; seed < draws; ++seed) {
-      const HeightMap map =
-          random_surface(psd, M, N, pitch, {SpectrumDraw::kGaussian, std::uint64_t(seed), 1, 1});
+      const HeightMap map = random_surface(psd, M, N, pitch, {std::uint64_t(seed), 1});
       periodogram += (fy * map.height.matrix() * fx).array().abs2() / (dx * dy * draws);
     }
     for (Eigen::Index j = 0; j < M; ++j)
@@ -101,26 +100,6 @@ TEST(RandomSurface, MeanPeriodogramOfPeriodicDrawsIsThePsdAtEveryOrdinate) {
   }
 }
 
-TEST(RandomSurface, PhaseOnlyDrawHasTheVarianceOfTheBandEveryTime) {
-  const double pitch = 0.002;
-  for (const Size size : kSizes) {
-    // The band lies within the circle of the grid and outside the rectangle around zero that it lacks.
-    const double shortest = double(std::min(size.rows, size.columns)) * pitch;
-    const double low = 0.8 / shortest, high = 0.49 / pitch;
-    for (const PsdModel& model :
-         std::vector<PsdModel>{UniformPsd{1e-7, low, high}, PowerLawPsd{1e-7, {}, 3.3, low, high},
-                               KCorrelationPsd{1e-7, 0.02, 2.6, low, high}}) {
-      const RadialPsd psd(model);
-      const double truth = psd_moments(psd).height_variance;
-      for (const std::uint64_t seed : {1u, 2u}) {
-        const HeightMap map =
-            random_surface(psd, size.rows, size.columns, pitch, {SpectrumDraw::kPhaseOnly, seed, 1, 1});
-        EXPECT_NEAR(mean_square(map.height) / truth, 1, kCells) << size.rows << " x " << size.columns;
-      }
-    }
-  }
-}
-
 TEST_WITH_SHORT_FORM(RandomSurface, MeanVarianceIsThatOfTheBandForEveryShapeAndCutOut) {
   const double pitch = 0.002;
   for (const Size size : kSizes)
@@ -129,53 +108,16 @@ TEST_WITH_SHORT_FORM(RandomSurface, MeanVarianceIsThatOfTheBandForEveryShapeAndC
       const RadialPsd psd(PowerLawPsd{1e-7, {}, 2.5, 0.8 / shortest, 0.49 / pitch});
       Sample variance;
       for (int seed = 0; seed < (whole ? 1000 : 200); ++seed)
-        variance.add(mean_square(random_surface(psd, size.rows, size.columns, pitch,
-                                                {SpectrumDraw::kGaussian, std::uint64_t(seed), oversize, 1})
-                                     .height));
+        variance.add(mean_square(
+            random_surface(psd, size.rows, size.columns, pitch, {std::uint64_t(seed), oversize}).height));
       EXPECT_NEAR(variance.mean(), psd_moments(psd).height_variance, 3 * variance.error())
           << size.rows << " x " << size.columns << ", oversize " << oversize;
     }
 }
 
-TEST_WITH_SHORT_FORM(RandomSurface, ScalesHoldAPowerLawWiderThanOneGridAndItsStructureFunction) {
-  const Eigen::Index n = 24;
-  const double pitch = 1.0 / n;
-  struct Case {
-    int oversize, scales;
-    double longest;  // length of the largest grid over that of the map
-  };
-  for (const Case& c : aberfit::test::all_or_few(
-           whole, std::vector<Case>{{2, 4, 16}, {3, 3, 27}, {4, 3, 64}, {1, 3, 4}}, {0, 3})) {
-    const RadialPsd psd(PowerLawPsd{1e-7, {}, 3.0, 0.8 / c.longest, 0.49 / pitch});
-    Sample variance;
-    std::vector<Sample> structure(3);
-    const std::vector<Eigen::Index> lags = {1, 5, n - 1};
-    for (int seed = 0; seed < (whole ? 1500 : 500); ++seed) {
-      const Grid h = random_surface(psd, n, n, pitch,
-                                    {SpectrumDraw::kGaussian, std::uint64_t(seed), c.oversize, c.scales})
-                         .height;
-      variance.add(mean_square(h));
-      for (std::size_t i = 0; i < lags.size(); ++i)
-        structure[i].add((h.rightCols(n - lags[i]) - h.leftCols(n - lags[i])).square().mean());
-    }
-    const double truth = psd_moments(psd).height_variance;
-    EXPECT_NEAR(variance.mean(), truth, 3 * variance.error()) << c.oversize << " " << c.scales;
-    // The coarser grids must supply much of the variance.
-    EXPECT_GT(truth, 1.5 * psd_moments(psd.band(0.5, kInf)).height_variance);
-    if (c.oversize == 1) continue;  // a periodic first grid distorts the structure function at long lags
-    for (std::size_t i = 0; i < lags.size(); ++i) {
-      const double expected = 2 * (truth - autocorrelation(psd, double(lags[i]) * pitch));
-      // 3 standard errors, and 3 % because the waves concentrate on grid points.
-      EXPECT_NEAR(structure[i].mean(), expected, 3 * structure[i].error() + 0.03 * expected)
-          << c.oversize << " " << c.scales << " lag " << lags[i];
-    }
-  }
-}
-
 TEST(RandomSurface, SameSeedSameBitsOtherSeedOtherSurface) {
   const RadialPsd psd(GaussianPsd{1e-8, 0.01});
   RandomSurfaceOptions options;
-  options.scales = 2;
   const HeightMap first = random_surface(psd, 21, 40, 0.001, options),
                   again = random_surface(psd, 21, 40, 0.001, options);
   EXPECT_TRUE((first.height == again.height).all());
@@ -189,8 +131,8 @@ TEST(RandomSurface, RefusesWhatIsNoGrid) {
   const RadialPsd psd(GaussianPsd{1e-8, 0.01});
   EXPECT_THROW(random_surface(psd, 0, 4, 0.001), std::invalid_argument);
   EXPECT_THROW(random_surface(psd, 4, 4, 0), std::invalid_argument);
-  EXPECT_THROW(random_surface(psd, 4, 4, 0.001, {SpectrumDraw::kGaussian, 1, 0, 1}), std::invalid_argument);
-  EXPECT_THROW(random_profile(psd, 4, 0.001, {SpectrumDraw::kGaussian, 1, 1, 0}), std::invalid_argument);
+  EXPECT_THROW(random_surface(psd, 4, 4, 0.001, {1, 0}), std::invalid_argument);
+  EXPECT_THROW(random_profile(psd, 4, 0.001, {1, 0}), std::invalid_argument);
 }
 
 TEST(ProfilePsd, MatchesClosedForms) {
@@ -279,7 +221,7 @@ TEST(RandomProfile, MeanVarianceAndPeriodogramAreThoseOfTheProfilePsd) {
     Eigen::ArrayXd periodogram = Eigen::ArrayXd::Zero(n / 2 + 1);
     Sample variance;
     for (int seed = 0; seed < draws; ++seed) {
-      const Profile p = random_profile(psd, n, pitch, {SpectrumDraw::kGaussian, std::uint64_t(seed), 1, 1});
+      const Profile p = random_profile(psd, n, pitch, {std::uint64_t(seed), 1});
       for (Eigen::Index k = 0; k <= n / 2; ++k) {
         std::complex<double> sum = 0;
         for (Eigen::Index i = 0; i < n; ++i)
@@ -308,22 +250,4 @@ TEST(RandomProfile, MeanVarianceAndPeriodogramAreThoseOfTheProfilePsd) {
           << n << " " << k;
     }
   }
-}
-
-TEST(RandomProfile, ScalesHoldAWideBand) {
-  const Eigen::Index n = 40;
-  const double pitch = 1.0 / n;
-  const RadialPsd psd(PowerLawPsd{1e-7, {}, 2.6, 0.05, 19});
-
-  // All of S1 except frequencies below half a step of the largest grid, 1/32. S1 continues below f_min.
-  const double left_out = integrated([&](double f) { return profile_psd(psd, f); }, 0.0, 0.5 / 32);
-  Sample variance;
-  for (int seed = 0; seed < 1000; ++seed)
-    variance.add(random_profile(psd, n, pitch, {SpectrumDraw::kGaussian, std::uint64_t(seed), 2, 5})
-                     .value.square()
-                     .mean());
-  EXPECT_NEAR(variance.mean(), 1e-14 - left_out, 3 * variance.error());
-  const Profile phases = random_profile(psd, n, pitch, {SpectrumDraw::kPhaseOnly, 3, 1, 1});
-  const double held = integrated([&](double f) { return profile_psd(psd, f); }, 0.5, 19.0);
-  EXPECT_NEAR(phases.value.square().mean() / held, 1, kCells);
 }

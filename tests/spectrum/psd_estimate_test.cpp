@@ -14,6 +14,7 @@
 #include "aberfit/spectrum/height_differences.h"
 #include "dabam_loader.h"
 #include "measured/synthetic_files.h"
+#include "psd_slope.h"
 
 using namespace aberfit;
 using std::numbers::pi;
@@ -278,7 +279,7 @@ void expect_a_plain_recomputation(const Profile& profile, const std::string& nam
     EXPECT_NEAR(estimate.rms_slope_as_slopes / plain.rms_slope_as_slopes, 1, 1e-6) << name;
   else
     EXPECT_TRUE(std::isnan(estimate.rms_slope_as_slopes)) << name;
-  EXPECT_NEAR(psd_slope(estimate, from, to).exponent, plain.exponent, 0.01) << name;
+  EXPECT_NEAR(test::psd_slope(estimate, from, to).exponent, plain.exponent, 0.01) << name;
 }
 
 TEST(PsdEstimate, ThreadsChangeNoBit) {

@@ -12,6 +12,7 @@
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/spectrum/psd_estimate.h"
 #include "measured/synthetic_files.h"
+#include "psd_slope.h"
 #include "shared_data.h"
 
 using namespace aberfit;
@@ -246,7 +247,7 @@ void expect_psd_slope_of_a_plain_recomputation(const HeightMap& map, const PsdEs
   EXPECT_NEAR(estimate.resolution * double(std::max(rows, columns)) * map.pitch_x, 1, 1e-12);
   for (const auto& [from, to] : {std::pair{kBandFrom, kBandTo}, std::pair{300., 1500.}}) {
     const double plain = plain_exponent(psd, map.pitch_x, from, to),
-                 ours = psd_slope(estimate, from, to).exponent;
+                 ours = test::psd_slope(estimate, from, to).exponent;
     EXPECT_NEAR(ours, plain, 0.01) << from << " to " << to;
     ::testing::Test::RecordProperty("exponent_" + std::to_string(int(from)), std::to_string(ours));
     ::testing::Test::RecordProperty("exponent_difference_" + std::to_string(int(from)),
@@ -305,7 +306,7 @@ TEST_F(PsdEstimateZygoOnRealData, SlopeOfThePsdIsThatOfACentredSquare) {
       table.add(samples, std::log(1e3 * f), std::log(1e-24 * level));
   }
   // The default estimator, including the search for lines.
-  const double ours = psd_slope(estimate_psd(map, {}, 2), kBandFrom, kBandTo).exponent;
+  const double ours = test::psd_slope(estimate_psd(map, {}, 2), kBandFrom, kBandTo).exponent;
   EXPECT_NEAR(ours, -square.slope(), 0.1);
   EXPECT_NEAR(ours, -table.slope(), 0.1);
   RecordProperty("square_side", int(side));

@@ -109,8 +109,7 @@ struct MapWay {
   static Data draw(const Model& model, int seed) {
     RandomSurfaceOptions options;
     options.seed = std::uint64_t(seed) + 10000;
-    options.oversize = 2;
-    options.scales = model.family == PsdFamily::kPowerLaw ? 3 : 1;
+    options.oversize = model.family == PsdFamily::kPowerLaw ? 8 : 2;
     // Four parameters need a wider band for the asymptotics to hold.
     const Index more = model.family == PsdFamily::kKCorrelationAndFloor ? 64 : 0;
     return random_surface(RadialPsd(model.roughness), kRows + more, kColumns + more, kPitch, options);

@@ -5,6 +5,7 @@
 
 #include "aberfit/core/random.h"
 #include "aberfit/spectrum/psd_estimate.h"
+#include "psd_slope.h"
 
 using namespace aberfit;
 
@@ -77,8 +78,8 @@ TEST(Stitch, KindsAreNotMixed) {
 
 TEST(PsdSlope, WhiteNoiseHasExponentZeroWithinItsUncertainty) {
   const PsdEstimate estimate = white(2000, 1e-3, 3, "slope");
-  const PsdSlope slope = psd_slope(estimate, 5, 400);
+  const test::PsdSlope slope = test::psd_slope(estimate, 5, 400);
   EXPECT_LT(std::abs(slope.exponent), 4 * slope.exponent_std);
   EXPECT_LT(slope.exponent_std, 0.1);
-  EXPECT_THROW(psd_slope(estimate, 1e5, 1e6), std::invalid_argument);
+  EXPECT_THROW(test::psd_slope(estimate, 1e5, 1e6), std::invalid_argument);
 }

@@ -64,7 +64,7 @@ TEST(BandOfLight, DerivativesOverThePsdAreThoseOfTheSum) {
     return GeneralisedHarveyShack(RadialPsd(UniformPsd{rms, 3, 40}), pupil).predict(statistics);
   };
   const Eigen::MatrixXd jacobian =
-      psd_jacobian(kPsd, {PsdVariable{PsdVariable::Kind::kRms, {}, 0}}, statistics, pupil).logarithmic();
+      psd_jacobian(kPsd, {PsdVariable{"rms", {}, 0}}, statistics, pupil).logarithmic();
   constexpr double kStep = 3e-5;
   const Eigen::VectorXd change = (values(25e-9 * (1 + kStep)) - values(25e-9 * (1 - kStep))) / (2 * kStep),
                         now = values(25e-9);

@@ -315,7 +315,7 @@ TEST(LightJacobian, OfTurbulenceFollowsItsLaw) {
   const double r0 = kDiameter / 1000;
   const GhsPupil pupil = slow_pupil();
   const LightProperties light({PointSourceSensitivity{r0}, IrradianceFwhm{}}, pupil);
-  const std::vector<PsdVariable> amplitude{{PsdVariable::Kind::kAmplitude, {}, 0}};
+  const std::vector<PsdVariable> amplitude{{"amplitude", {}, 0}};
   const Eigen::MatrixXd found = psd_jacobian(turbulence(r0), amplitude, {}, pupil, 1, &light).logarithmic();
   EXPECT_NEAR(found(0, 0), -6.0 / 5 / 2, 1e-3) << "(1 + u)^(-6/5) at u = 1, which is as the amplitude";
   EXPECT_NEAR(found(1, 0), 3.0 / 5, 1e-3) << "1/r0";
@@ -324,7 +324,7 @@ TEST(LightJacobian, OfTurbulenceFollowsItsLaw) {
 TEST(LightJacobian, OfAPatchIsADifference) {
   const LightProperties light({PatchBsdf{0.2}}, slow_pupil());
   const PsdModel smooth = KCorrelationPsd{1e-10, 1e-3, 2.4};
-  const std::vector<PsdVariable> height{{PsdVariable::Kind::kRms, {}, 0}};
+  const std::vector<PsdVariable> height{{"rms", {}, 0}};
   EXPECT_NEAR(psd_jacobian(smooth, height, {}, slow_pupil(), 1, &light).logarithmic()(0, 0), 2, 1e-5);
 }
 

@@ -467,7 +467,7 @@ TEST(PsdJacobian, LightThatDoesNotScatterHasNoDerivative) {
   // Roughness above 1/lambda has height but does not scatter.
   const PsdModel model = SumPsd{{UniformPsd{20e-9, 10, 60}, UniformPsd{5e-9, 3e6, 4e6}}};
   const GhsPupil pupil(Mirror{5, -1, {}}, CircleAperture{0.1}, 500e-9);
-  const PsdVariable above{PsdVariable::Kind::kRms, {1}, 0};
+  const PsdVariable above{"rms", {1}, 0};
   const PsdJacobian found = psd_jacobian(model, {above}, {EncircledEnergyRadius{0.8, 0}, RmsHeight{}}, pupil);
   EXPECT_EQ(found.derivatives(0, 0), 0);
   EXPECT_NEAR(found.derivatives(1, 0), 5e-9 / found.values[1], 1e-9);
@@ -481,7 +481,7 @@ TEST(PsdJacobian, KnowsTheNumbersOfAModel) {
   EXPECT_EQ(pointers, (std::vector<std::string>{"/parts/0/rms", "/parts/0/B", "/parts/0/exponent",
                                                 "/parts/1/psd/0", "/parts/1/psd/1", "/parts/2/amplitude",
                                                 "/parts/2/exponent", "/parts/2/f_min", "/parts/2/f_max"}));
-  EXPECT_EQ(psd_variable(model, "/parts/1/scale").kind, PsdVariable::Kind::kHeights);
+  EXPECT_EQ(psd_variable(model, "/parts/1/scale").key, "scale");
   EXPECT_THROW(psd_variable(model, "/parts/0/f_max"), std::invalid_argument);
   const PsdModel taller = with_value(model, psd_variable(model, "/parts/1/scale"), 3);
   EXPECT_EQ(std::get<TablePsd>(std::get<SumPsd>(taller).parts[1]).psd[1], 9e-21);
@@ -494,7 +494,7 @@ TEST(PsdJacobian, OfASoftenedEdgeMeetsDifferencesOfTheTheory) {
   const PsdModel model = UniformPsd{30e-9, 2.5, f_max};
   const std::vector<Statistic> shares{RingThrough{0.995 * edge, 0, false},
                                       RingThrough{1.005 * edge, 0, false}};
-  const PsdVariable variable{PsdVariable::Kind::kHighest, {}, 0};
+  const PsdVariable variable{"f_max", {}, 0};
   const PsdJacobian found = psd_jacobian(model, {variable}, shares, pupil);
   for (const Eigen::Index i : {0, 1}) {
     const auto moved = [&](double factor) {
@@ -518,8 +518,7 @@ TEST(PsdJacobian, OfKolmogorovRoughnessFollowsTheFriedParameter) {
   const PsdModel model = PowerLawPsd{{}, amplitude, 11.0 / 3, 0, 1e3 / r0};
   const GhsPupil pupil(Mirror{1e9, -1, {}}, CircleAperture{diameter}, wavelength);
   const std::vector<Statistic> radii{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 0}};
-  const std::vector<PsdVariable> variables{{PsdVariable::Kind::kAmplitude, {}, 0},
-                                           {PsdVariable::Kind::kExponent, {}, 0}};
+  const std::vector<PsdVariable> variables{{"amplitude", {}, 0}, {"exponent", {}, 0}};
   const Eigen::MatrixXd found = psd_jacobian(model, variables, radii, pupil).logarithmic();
   for (const Eigen::Index i : {0, 1}) {
     EXPECT_NEAR(found(i, 0), 0.6, 2e-4) << "a finite aperture: 1e-4 of the radius";

@@ -11,18 +11,10 @@ namespace aberfit {
 
 /// A parameter of a PSD model.
 struct PsdVariable {
-  enum class Kind {
-    kRms,                ///< [m]
-    kAmplitude,          ///< [m^4], for a power law
-    kCorrelation,        ///< B of a k-correlation [m]; its knee is at f = 1/B
-    kExponent,           ///< of a k-correlation or a power law
-    kCorrelationLength,  ///< of a Gaussian [m]
-    kLowest,             ///< f_min [cycles/m], if above zero
-    kHighest,            ///< f_max [cycles/m], if finite
-    kTableValue,         ///< S at one row of a table [m^4]
-    kHeights,            ///< factor on all heights of the part, 1 in the model itself
-  };
-  Kind kind = Kind::kRms;
+  /// Key of the number in a study (PsdMember), with a derivative if it is not f_min = 0 or f_max = infinity;
+  /// "psd" for S at one row of a table [m^4]; "scale" for a factor on all heights of the part, 1 in the model
+  /// itself.
+  std::string key = "rms";
   /// Path of part indices in a sum, from the outermost; empty for a model that is not a sum.
   std::vector<std::size_t> part;
   std::size_t row = 0;  ///< row of a table
@@ -31,12 +23,12 @@ struct PsdVariable {
 };
 
 /// All parameters of a model that have a derivative, in the order of its parts: numbers of its struct that
-/// are set, and table values. kHeights is not included.
+/// are set, and table values. "scale" is not included.
 std::vector<PsdVariable> psd_variables(const PsdModel& model);
 /// JSON pointer below /roughness/psd of a study with this model: "/parts/0/B", "/rms", "/psd/3" for a table,
-/// "/scale" for kHeights.
+/// "/scale".
 std::string pointer_of(const PsdVariable& parameter);
-/// The parameter with this pointer, kHeights included. Throws std::invalid_argument if there is none.
+/// The parameter with this pointer, "/scale" included. Throws std::invalid_argument if there is none.
 PsdVariable psd_variable(const PsdModel& model, const std::string& pointer);
 double value_of(const PsdModel& model, const PsdVariable& parameter);
 /// The model with another value of the parameter. `rms` stays the RMS of the band.

@@ -7,28 +7,17 @@
 
 namespace aberfit {
 
-enum class SpectrumDraw {
-  kGaussian,  ///< Gaussian amplitudes: a realisation of the random process
-  /// Fixed amplitudes, random phases: each realisation has the mean RMS, but not the statistics of the
-  /// process.
-  kPhaseOnly,
-};
-
 struct RandomSurfaceOptions {
-  SpectrumDraw draw = SpectrumDraw::kGaussian;
   std::uint64_t seed = 1;
   /// Size of the spectrum's grid over the size of the map. 1 gives a periodic map. 2 or more gives a cut-out
   /// without correlation between opposite edges and with waves longer than the map.
   int oversize = 2;
-  /// Number of grids, for bands wider than one grid. Each grid after the first is `oversize` (at least 2)
-  /// times larger and replaces the lowest frequencies of the previous one.
-  int scales = 1;
 };
 
-/// A realisation of a stationary surface with PSD S on rows x columns points of the given pitch [m], with the
-/// origin in the centre. Rows and columns may be odd, even and different. The expected variance is exactly
-/// int S over the frequencies of the grids: the rectangle |fx|, |fy| <= 1/(2 pitch) without the rectangle
-/// around zero whose width is one frequency step of the largest grid (longer waves). Throws
+/// A realisation of a stationary Gaussian surface with PSD S on rows x columns points of the given pitch [m],
+/// with the origin in the centre. Rows and columns may be odd, even and different. The expected variance is
+/// exactly int S over the frequencies of the grid: the rectangle |fx|, |fy| <= 1/(2 pitch) without the
+/// rectangle around zero whose width is one frequency step of the grid (longer waves). Throws
 /// std::invalid_argument for sizes or options below 1 and a pitch that is not positive.
 HeightMap random_surface(const RadialPsd& psd, Eigen::Index rows, Eigen::Index columns, double pitch,
                          const RandomSurfaceOptions& options = {});

@@ -137,14 +137,6 @@ class PsdEstimator {
 PsdEstimate estimate_psd(const Profile& profile, const PsdEstimatorOptions& options, int threads = 1);
 PsdEstimate estimate_psd(const HeightMap& map, const PsdEstimatorOptions& options, int threads = 1);
 
-/// Line through log psd over log f, psd ~ level (f / 1 per m)^-exponent, from bins with `frequency` in
-/// [f_min, f_max], weighted by dof, without the bias of the logarithm, psi(dof/2) - log(dof/2).
-struct PsdSlope {
-  double exponent = 0, exponent_std = 0;
-  double level = 0;  ///< PSD at 1 cycle/m [m^3 or m^4]
-};
-PsdSlope psd_slope(const PsdEstimate& estimate, double f_min, double f_max);
-
 /// Combines the bands of several instruments, all of one kind, into one PSD. Where bands overlap, the bins
 /// with more degrees of freedom are used. Bins keep their response and covariance (in blocks); those outside
 /// `trusted_from` .. `trusted_to` are dropped. Warning `bands-disagree` if intervals of overlapping bins are

@@ -26,6 +26,7 @@ namespace aberfit {
 
 /// `psd.model: "table"`: what the file says and how to read it. The table itself is loaded by read_study.
 struct PsdTableFile {
+  static constexpr const char* kModel = "table";
   std::string file;                      ///< as written in the study, relative to it
   std::string kind = "2d";               ///< "2d": two-sided [m^4]; "1d": one-sided profile PSD [m^3]
   std::string frequency_unit, psd_unit;  ///< empty: as the header of the file says
@@ -58,6 +59,7 @@ struct MeasuredFile {
 
 /// `psd.model: "measured"`: measurement -> PSD -> model. The measuring is done by read_study.
 struct MeasuredPsd {
+  static constexpr const char* kModel = "measured";
   MeasuredFile source;
   std::vector<MeasuredFile> further;  ///< other instruments' bands of the same surface
   OutlierTreatment outliers = OutlierTreatment::kWarn;
@@ -74,11 +76,11 @@ struct MeasuredPsd {
 /// A node of the `psd` block: a closed model, a table file, a measurement, or a sum of nodes.
 struct RoughnessModel;
 struct RoughnessSum {
+  static constexpr const char* kModel = "sum";
   std::vector<RoughnessModel> parts;
 };
 struct RoughnessModel {
-  std::variant<UniformPsd, KCorrelationPsd, PowerLawPsd, GaussianPsd, PsdTableFile, MeasuredPsd, RoughnessSum>
-      model;
+  PsdModelOr<PsdTableFile, MeasuredPsd, RoughnessSum> model;
   std::string name = {};  ///< for people, of a part of a sum
 };
 

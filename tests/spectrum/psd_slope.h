@@ -1,3 +1,4 @@
+#pragma once
 #include <Eigen/LU>
 #include <boost/math/special_functions/digamma.hpp>
 #include <boost/math/special_functions/trigamma.hpp>
@@ -7,9 +8,15 @@
 
 #include "aberfit/spectrum/psd_estimate.h"
 
-namespace aberfit {
+namespace aberfit::test {
 
-PsdSlope psd_slope(const PsdEstimate& estimate, double f_min, double f_max) {
+/// Line through log psd over log f, psd ~ level (f / 1 per m)^-exponent, from bins with `frequency` in
+/// [f_min, f_max], weighted by dof, without the bias of the logarithm, psi(dof/2) - log(dof/2).
+struct PsdSlope {
+  double exponent = 0, exponent_std = 0;
+  double level = 0;  ///< PSD at 1 cycle/m [m^3 or m^4]
+};
+inline PsdSlope psd_slope(const PsdEstimate& estimate, double f_min, double f_max) {
   std::vector<Eigen::Index> used;
   for (Eigen::Index b = 0; b < estimate.psd.size(); ++b)
     if (estimate.frequency[b] >= f_min && estimate.frequency[b] <= f_max && estimate.psd[b] > 0)
@@ -38,4 +45,4 @@ PsdSlope psd_slope(const PsdEstimate& estimate, double f_min, double f_max) {
   return {-line[1], std::sqrt(uncertainty(1, 1)), std::exp(line[0])};
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::test
