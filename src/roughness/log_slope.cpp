@@ -48,6 +48,7 @@ double tail_moment(const std::vector<PowerTerm>& terms, const Tail& tail, double
 
 double LogSlope::operator()(double f) const {
   double sum = constant + square * f * f;
+  if (other) sum += other(f);
   if (log_f != 0) sum += log_f * std::log(f);
   if (log_knee != 0 || knee != 0) {
     const double x = internal::square(correlation * f);
@@ -61,7 +62,7 @@ double LogSlope::operator()(double f) const {
 }
 
 bool LogSlope::is_constant() const {
-  return log_f == 0 && log_knee == 0 && knee == 0 && square == 0 && hat == 0;
+  return log_f == 0 && log_knee == 0 && knee == 0 && square == 0 && hat == 0 && !other;
 }
 
 double exponential_integral(int m, double p, double low, double high) {

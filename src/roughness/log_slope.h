@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <vector>
 
 #include "aberfit/roughness/psd.h"
@@ -18,6 +19,9 @@ struct LogSlope {
   /// table. At each end of the table one side does not exist.
   double hat = 0;
   double left = 0, middle = 0, right = 0;  ///< [cycles/m]
+
+  /// Any other function of f; 0 at f = 0, and where S is a power at high frequency.
+  std::function<double(double)> other = nullptr;
 
   double operator()(double f) const;
   bool is_constant() const;

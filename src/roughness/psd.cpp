@@ -12,17 +12,6 @@
 namespace aberfit {
 using namespace internal;
 
-namespace {
-
-// Of the power of f that a model is at high frequency.
-double high_exponent(const PsdModel& model) {
-  return std::visit(Overloaded{[](const SumPsd&) { return 0.0; },
-                               [](const auto& m) { return rules(m).high_term(m).exponent; }},
-                    model);
-}
-
-}  // namespace
-
 RadialPsd::RadialPsd(const PsdModel& model) {
   assert(psd_problem(model).empty());
   std::visit(Overloaded{[&](const SumPsd& sum) {
@@ -120,13 +109,16 @@ std::vector<PsdMember> psd_members(PsdModel& model) {
 PsdModel scaled(PsdModel model, double heights, double frequencies) {
   if (auto* sum = std::get_if<SumPsd>(&model))
     for (PsdModel& part : sum->parts) part = scaled(part, heights, frequencies);
+  const double at_high = std::visit(Overloaded{[](const SumPsd&) { return 0.0; },
+                                               [](const auto& m) { return rules(m).high_term(m).exponent; }},
+                                    model);
   for (const PsdMember& member : psd_members(model))
     for (double& x : member.values) switch (member.role) {
         case PsdRole::kRms:
           x *= heights;
           break;
         case PsdRole::kAmplitude:
-          x *= heights * heights * std::pow(frequencies, high_exponent(model) - 2);
+          x *= heights * heights * std::pow(frequencies, at_high - 2);
           break;
         case PsdRole::kLength:
           x /= frequencies;

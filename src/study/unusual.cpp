@@ -363,21 +363,20 @@ Place steepest_departure(const Mirror& mirror, double radius, double* slope) {
 
 // Height and band of a closed model as a study has them. Without a highest frequency a length ends the band.
 void add_keys_of(PsdModel model, const std::string& pointer, std::vector<Place>* places) {
-  bool has_end = false;
-  for (const PsdMember& member : psd_members(model)) {
-    if (member.values.empty()) continue;
-    const double value = member.values[0];
-    const std::string key = fmt::format("{}/{}", pointer, member.key);
-    if (member.role == PsdRole::kRms) places->push_back({Number::kRms, "an RMS height of", key, value});
-    has_end |= member.role == PsdRole::kHighest && std::isfinite(value);
-    if (member.role == PsdRole::kHighest && has_end)
+  const std::vector<PsdMember> members = psd_members(model);
+  const bool ends = std::any_of(members.begin(), members.end(), [](const PsdMember& member) {
+    return member.role == PsdRole::kHighest && std::isfinite(member.values[0]);
+  });
+  for (const auto& [name, role, values] : members) {
+    if (values.empty()) continue;
+    const std::string key = pointer + "/" + name;
+    if (role == PsdRole::kRms) places->push_back({Number::kRms, "an RMS height of", key, values[0]});
+    if (role == PsdRole::kHighest && ends)
       places->push_back(
-          {Number::kBand, "a highest frequency of", key, value, Dimension::kSpatialFrequency, 1});
+          {Number::kBand, "a highest frequency of", key, values[0], Dimension::kSpatialFrequency, 1});
+    if (role == PsdRole::kLength && !ends)
+      places->push_back({Number::kBand, "a length of", key, values[0], Dimension::kLength, -1});
   }
-  for (const PsdMember& member : psd_members(model))
-    if (member.role == PsdRole::kLength && !has_end)
-      places->push_back({Number::kBand, "a length of", fmt::format("{}/{}", pointer, member.key),
-                         member.values[0], Dimension::kLength, -1});
 }
 
 // How a surface of the path counts: its beam over the pupil, and its heights over those of a mirror.

@@ -203,3 +203,19 @@ TEST(PsdProblem, NamesWhatIsWrongAndNothingWhenAllIsWell) {
   EXPECT_EQ(psd_problem(PowerLawPsd{{}, 0.0229, 11.0 / 3, 0, kInf}), "");
   EXPECT_EQ(psd_problem(SumPsd{{GaussianPsd{1e-9, 1e-3}, SumPsd{{UniformPsd{1e-9, 0, 5}}}}}), "");
 }
+
+TEST(PsdModels, ScaledInHeightsAndFrequenciesHaveTheScaledPsd) {
+  const TablePsd table{{2, 3, 40}, {3e-17, 5e-17, 4e-19}};
+  const std::vector<PsdModel> models = {
+      UniformPsd{1e-7, 2, 40},           KCorrelationPsd{1e-7, 0.1, 2.4, 1, 1e3},
+      PowerLawPsd{1e-7, {}, 2.4, 1, 50}, PowerLawPsd{{}, 1e-16, 3.3, 1, 50},
+      GaussianPsd{1e-7, 0.01},           table};
+  const double heights = 1.7, frequencies = 0.6;
+  for (const PsdModel& model : models) {
+    const RadialPsd before(model), after(scaled(model, heights, frequencies));
+    for (const double f : {2.5, 7.0, 39.0}) {
+      const double truth = std::pow(heights / frequencies, 2) * before(f);
+      EXPECT_NEAR(after(f * frequencies) / truth, 1, 1e-13) << model.index() << " " << f;
+    }
+  }
+}
