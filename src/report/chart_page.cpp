@@ -73,6 +73,27 @@ void add_family(Page* page, const ChartFamily& family) {
   page->parts.push_back(std::move(table));
 }
 
+// How often the automatic setting is accurate enough, and where it could be faster.
+std::string headline_of(const Chart& chart) {
+  int compared = 0, met = 0;
+  std::string faster;
+  double most = 1;
+  for (const ChartFamily& family : chart.families) {
+    const ChartRow* today = find(family, &ChartRow::is_default);
+    const ChartRow* cheapest = find(family, &ChartRow::is_cheapest_within_tolerance);
+    if (!today) continue;
+    ++compared;
+    met += today->error <= family.tolerance;
+    if (!cheapest || !(today->seconds > most * cheapest->seconds)) continue;
+    most = today->seconds / cheapest->seconds;
+    faster =
+        fmt::format("; in \"{}\" another setting that meets it is {:.2g} times faster", family.title, most);
+  }
+  if (compared == 0) return "";
+  return fmt::format("The automatic setting meets its tolerance in {} of {}{}", met,
+                     plural(compared, "comparison"), faster);
+}
+
 }  // namespace
 
 std::string setting_text(const ChartRow& row) {
@@ -85,6 +106,7 @@ std::string setting_text(const ChartRow& row) {
 Page page_of(const Chart& chart) {
   Page page;
   page.title = chart.title;
+  page.headline = headline_of(chart);
   page.say("Machine", fmt::format("{}, kernels for {}; {:.1f} s of {:.3g} s", plural(chart.threads, "thread"),
                                   chart.instruction_set, chart.seconds, chart.budget_seconds));
   page.answers.push_back({"How certain",
