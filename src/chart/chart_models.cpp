@@ -204,8 +204,9 @@ double worst_in_light(const FitCase& of, const Attempt& attempt) {
   const double pitch =
       wave_pitch(of.task, attempt.result.fitted.terms, all_targets(of.targets), of.ground.split.get());
   FreshStatistics fresh;
-  fresh.value = by_waves(of.task, of.ground, attempt.result.fitted.terms, attempt.result.fitted.fit.coefficients,
-                         judged.statistics(), pitch, of.context.threads);
+  fresh.value =
+      by_waves(of.task, of.ground, attempt.result.fitted.terms, attempt.result.fitted.fit.coefficients,
+               judged.statistics(), pitch, of.context.threads);
   fresh.standard_error = Eigen::VectorXd::Zero(fresh.value.size());
   double worst = 0;
   for (const EquivalenceMetric& metric : judged.judge(fresh, of.task.equivalence)) {
