@@ -26,7 +26,7 @@ struct CheckedStatistics {
   std::size_t fitted = 0, guides = 0, held_out = 0;
 };
 
-/// Grid cells across the aperture for waves: at the start of a fit, and at its judgement.
+/// Grid points across the aperture for wave optics, at the start of a fit and at its judgement.
 struct CheckedCells {
   double fit = 0, verdict = 0;
 };
@@ -34,7 +34,7 @@ struct CheckedCells {
 /// The cost of a fit, measured on its first iteration, or on the mean of up to five within a second. The
 /// iterations start from a random surface on the first grid or rays of the fit and include all derivatives.
 struct CheckedCost {
-  Eigen::Index points = 0;     ///< grid cells, or rays
+  Eigen::Index points = 0;     ///< grid points, or rays
   Eigen::Index residuals = 0;  ///< fitted statistics, guides and PSD bins
   double bytes = 0;            ///< peak memory of the process; estimated where no iteration was made
   std::optional<double> iteration_seconds;  ///< measured; absent: no iteration was made
