@@ -11,7 +11,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Points a side of a drawn map, at most: beyond, every second, third, ... is shown.
+// Largest number of points per side of a drawn map. A larger map shows every second, third, ... point.
 constexpr Eigen::Index kMostDrawn = 512;
 Eigen::ArrayXXd thinned(const Grid& height, Eigen::Index step) {
   const auto every = [&](Eigen::Index n) { return Eigen::seqN(0, (n + step - 1) / step, step); };
