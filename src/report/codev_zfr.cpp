@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kZfrFile = "a CODE V interferogram file of Fringe Zernike coefficients";
 constexpr const char* kZfrHeader = "a header \"ZFR n SUR|WFR WVL micrometres SSZ scale\"";
-// All modes of n <= 300 are (1 + 300)^2. A damaged count above that must not allocate memory.
+// All modes of n <= 300 are (1 + 300)^2. A damaged count above that must not cause a huge allocation.
 constexpr int kMostTerms = 90601;
 
 struct ZfrHeader {

@@ -8,7 +8,7 @@ namespace aberfit::internal {
 
 struct ZernikeCoefficient {
   ZernikeMode mode;
-  double value = 0;  ///< of the orthonormal mode [m]
+  double value = 0;  ///< coefficient of the orthonormal mode [m]
 };
 
 /// The surface as Zernikes alone. Spherical terms are radial polynomials, so the conversion is exact:

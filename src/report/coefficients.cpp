@@ -73,7 +73,7 @@ Row row_of(const internal::ListingLines& file) {
   row.line = int(file.line());
   if (cell[0] == "zernike") {
     row.mode = {file.integer(cell[1], "n"), file.integer(cell[2], "m")};
-    constexpr int kLargestOrder = 300;  // as in a study
+    constexpr int kLargestOrder = 300;  // limit of a study
     if (row.mode.n > kLargestOrder) file.fail(cell[1], fmt::format("n from 0 to {}", kLargestOrder));
     if (!is_zernike_mode(row.mode)) file.fail(text, "n >= |m| with n - |m| even");
     // The index is for people. If given it must agree; otherwise the file was renumbered in another scheme.

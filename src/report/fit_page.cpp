@@ -23,7 +23,7 @@ using namespace internal;
 namespace {
 
 constexpr std::size_t kWorstFitted = 3, kWorstHeldOut = 5;
-constexpr double kCarriesAll = 0.985;  // of the height variance, as a default order does
+constexpr double kCarriesAll = 0.985;  // fraction of the height variance, as of a default order
 
 // Slopes are small angles and shown as angles.
 std::string slope(double value) { return format_quantity(value, Dimension::kAngle); }
@@ -134,7 +134,7 @@ std::string what_would_help(const ResultDocument& result) {
   if (!result.judgement.light || !result.judgement.light->decides || result.judgement.light->obstacle.empty())
     return what_would_help_here(result, tally);
   const std::string obstacle = "Light has no answer: " + result.judgement.light->obstacle + ".";
-  // The metrics that decide instead may still be different or undecided.
+  // The metrics that decide instead may still have failed or be undecided.
   return tally.different + tally.undecided > 0 ? obstacle + " " + what_would_help_here(result, tally)
                                                : obstacle;
 }

@@ -21,7 +21,7 @@ using namespace internal;
 
 namespace {
 
-constexpr std::size_t kMostBytes = 3'000'000;  // of the whole page
+constexpr std::size_t kMostBytes = 3'000'000;  // limit for the whole page
 
 using Filling = kainjow::mustache::data;
 

@@ -9,7 +9,7 @@ namespace aberfit::internal {
 
 /// An array of any number of axes in C order: the last axis changes fastest.
 struct NpyArray {
-  std::string name;  ///< with its unit
+  std::string name;  ///< name with unit
   std::vector<Eigen::Index> shape;
   std::vector<double> values;
 };

@@ -8,7 +8,7 @@
 namespace aberfit::internal {
 
 inline constexpr std::size_t kColumns = 100;  ///< widest line of a table for people
-inline constexpr std::size_t kIndent = 10;    ///< of the text after "Scene", "Fit", ...
+inline constexpr std::size_t kIndent = 10;    ///< indent of the text after "Scene", "Fit", ...
 
 /// Words of `text` on lines of at most `width` columns. The first line begins with `label`, the others have
 /// `indent` blanks.

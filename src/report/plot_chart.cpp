@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kWidth = 1200, kHeight = 850;  // [pixels]
 constexpr double kLeft = 0.085, kRight = 0.975, kLow = 0.09,
-                 kHigh = 0.835;  // frame, as fractions of the picture
+                 kHigh = 0.835;  // frame [picture]
 constexpr double kMark = 6;      // half size of a point [pixels]
 constexpr std::size_t kColours = 7;
 constexpr double kSmallest = 1e-17;  // errors of 0 have no place on a logarithmic axis

@@ -17,7 +17,7 @@ struct Branch {
   const char* key;  // in file names
   const char* label;
   const FocalLight* light;
-  int column;  // of the curves; gnuplot's line type + 1
+  int column;  // column of the curves; gnuplot's line type + 1
 };
 
 // Ideal mirror, target if there is one, and fitted surface. Without terms that surface is the ideal mirror

@@ -57,7 +57,7 @@ Picture map_heights_picture(const FitPictures& fit) {
 }
 
 Picture map_light_picture(const FitPictures& fit) {
-  constexpr double kFaintest = 1e-5;  // of the perfect mirror's peak
+  constexpr double kFaintest = 1e-5;  // fraction of the perfect mirror's peak
   const MapLight& light = *fit.result.map.light;
   const double last = light.radius[light.radius.size() - 1];
   const PsfImage& first = light.perfect.psf;

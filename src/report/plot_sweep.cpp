@@ -19,7 +19,7 @@ using namespace internal;
 namespace {
 
 constexpr std::size_t kMostLines = 7, kMostLinesWithBands = 3;
-constexpr double kLogFromRatio = 20;  // of largest over smallest value, for a logarithmic axis
+constexpr double kLogFromRatio = 20;  // largest over smallest value, for a logarithmic axis
 constexpr std::size_t kMostMarks = 60;
 
 // Leaves a little room at the ends.
@@ -31,10 +31,10 @@ std::string roomy_log_axis(const std::string& axis, double low, double high) {
 // An axis of a picture. Words are at 0, 1, ... in their order.
 struct SweptAxis {
   std::size_t place = 0;
-  std::vector<std::string> words;  // of an axis without numbers
+  std::vector<std::string> words;  // for an axis without numbers
   std::string label;
   bool is_log = false;
-  double low = kNaN, high = kNaN;  // of the numbers of a logarithmic axis
+  double low = kNaN, high = kNaN;  // range of a logarithmic axis
 
   double at(const SweepRow& row) const {
     if (words.empty()) return row.number[place];
@@ -333,8 +333,8 @@ std::vector<Crossing> crossings(const SweptPlane& plane, const SweptAxis& x, con
 // Puts a label on each contour line, near the middle of the frame, clear of other labels.
 std::string level_labels(const SweptPlane& plane, const SweptAxis& x, const SweptAxis& y,
                          const std::vector<double>& levels) {
-  constexpr double kFrameWidth = 850, kFrameHeight = 600;  // of the frame [pixels]
-  constexpr double kCharacter = 10, kLine = 24;            // of a label [pixels]
+  constexpr double kFrameWidth = 850, kFrameHeight = 600;  // frame [pixels]
+  constexpr double kCharacter = 10, kLine = 24;            // label [pixels]
   std::string rows;
   std::vector<PixelBox> taken;
   for (const double level : levels) {

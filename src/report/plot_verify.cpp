@@ -19,7 +19,7 @@ namespace {
 struct Case {
   std::string key, label;
   const RayBundle& rays;
-  double ring;  // of its ring-through curve [m]
+  double ring;  // radius of the ring of its curve [m]
 };
 
 // Data of all pictures.
@@ -27,7 +27,7 @@ struct Scene {
   const VerifyPictures& of;
   const VerifyRays& shown;
   std::vector<Case> cases;
-  double radius;  // of the aperture [m]
+  double radius;  // radius of the aperture [m]
 
   double focal_length() const { return of.mirror.focal_length; }
   /// Distance from z = f at which a cone of light is as wide as a ring [m].

@@ -8,7 +8,7 @@ namespace aberfit::internal {
 
 Eigen::ArrayXXd round_image(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& encircled_energy,
                             double half_width, int pixels) {
-  constexpr int kParts = 3;     // of a pixel's side
+  constexpr int kParts = 3;     // parts per side of a pixel
   constexpr int kPerPixel = 6;  // tabulated radii, among them the edges of the annuli of the middle row
   const double pixel = 2 * half_width / pixels, step = pixel / kPerPixel;
   const auto last = Eigen::Index(std::ceil((std::numbers::sqrt2 * half_width + pixel) / step)) + 1;
@@ -38,7 +38,7 @@ namespace {
 // Fraction of the energy of a round spot inside the square of this side [m]: the encircled energy at its
 // edge, averaged over directions.
 double share_in_square(const RoundSpot& spot, double side) {
-  constexpr int kDirections = 16;  // of an eighth of the square
+  constexpr int kDirections = 16;  // in an eighth of the square
   double sum = 0;
   for (int i = 0; i < kDirections; ++i)
     sum += spot(0.5 * side / std::cos(std::numbers::pi / 4 * (i + 0.5) / kDirections)).energy;

@@ -14,7 +14,7 @@ using namespace internal;
 
 namespace {
 
-constexpr double kShownAsZero = 5e-9;  // of a margin: error of the root
+constexpr double kShownAsZero = 5e-9;  // fraction of a margin: error of the root
 
 // "*" marks the binding budget. Sensitivities are logarithmic: per cent of the value per per cent of the
 // unknown.

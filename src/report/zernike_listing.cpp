@@ -16,7 +16,7 @@ using namespace internal;
 
 namespace {
 
-constexpr int kZernikeStandardTerms = 231;  // of OpticStudio: all modes of n <= 20
+constexpr int kZernikeStandardTerms = 231;  // limit of OpticStudio: all modes of n <= 20
 
 // Coefficients of R_n^m for the powers n, n - 2, ..., m: (-1)^k C(n-k, k) C(n-2k, (n-m)/2 - k). They are
 // integers below 1e9 for n <= 20. They are only printed, never used to evaluate.

@@ -29,8 +29,8 @@ struct LightArrays {
   /// Mean irradiance between neighbouring radii, as fraction of the energy per area [1/m^2], planes x rings.
   Eigen::ArrayXXd ring_profile;
   Eigen::ArrayXXd psf;                ///< mean irradiance of a pixel at z = f [1/m^2], column = x, row = y
-  std::optional<TransferImage> otf;   ///< of one surface by wave optics
-  std::optional<Eigen::ArrayXd> mtf;  ///< of theory: real part of its OTF at `frequency`
+  std::optional<TransferImage> otf;   ///< OTF of one surface by wave optics
+  std::optional<Eigen::ArrayXd> mtf;  ///< real part of the OTF of theory at `frequency`
 };
 
 /// The numbers behind the pictures of the focus. The sum of the PSF times the area of a pixel is the fraction

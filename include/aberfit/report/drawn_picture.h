@@ -13,10 +13,10 @@ struct PictureOptions {
 
 /// A picture that was drawn, with its texts for a document.
 struct DrawnPicture {
-  std::string name;     ///< of the script, without extension
+  std::string name;     ///< name of the script without extension
   std::string file;     ///< path in the folder of the results: "plots/ee_curves.svg"
   std::string title;    ///< a few words
-  std::string caption;  ///< what it shows and how to read it, one to three sentences
+  std::string caption;  ///< content and reading, one to three sentences
   std::string alt;      ///< description for readers who cannot see it
 };
 

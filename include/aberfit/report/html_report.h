@@ -14,9 +14,9 @@ struct HtmlReport {
   const nlohmann::ordered_json& document;  ///< result.json
   const nlohmann::ordered_json& asked;     ///< the study as typed, with its units
   std::vector<DrawnPicture> pictures;
-  std::string folder;           ///< of the results: its files are listed, its pictures included
+  std::string folder;           ///< folder of results: its files are listed, its pictures included
   std::vector<Page::Text> run;  ///< when, where and how it was made; `document` leaves this out
-  const Page* whole = nullptr;  ///< with tables too long for `page`; null: there are none
+  const Page* whole = nullptr;  ///< page with tables too long for `page`; null: none
 };
 
 /// One HTML page in UTF-8 without script or external reference. It has the question, the answer, its limits,
@@ -26,7 +26,7 @@ std::string html_of(const HtmlReport& report);
 
 /// One of several results to compare.
 struct ComparedResult {
-  std::string name;                        ///< of its folder, for people
+  std::string name;                        ///< name of its folder, for people
   const nlohmann::ordered_json& document;  ///< result.json
   std::string link;                        ///< to its report, relative to the page; empty: no report
 };

@@ -42,7 +42,7 @@ struct Page {
   Tone tone = Tone::kPlain;
   std::vector<std::string> advice;  ///< next steps, one sentence each
   std::vector<Text> answers;        ///< certainty, basis and remedies; documents only
-  std::string title;                ///< of the study
+  std::string title;                ///< title of the study
   std::vector<Part> parts;
   Warnings warnings;
 
@@ -50,7 +50,7 @@ struct Page {
 };
 
 struct TextStyle {
-  std::size_t width = 100;  ///< of the longest line [characters]; tables may be wider
+  std::size_t width = 100;  ///< longest line [characters]; tables may be wider
   bool colour = false;      ///< escape sequences of ANSI terminals
 };
 

@@ -16,7 +16,7 @@ struct FitPictures {
   const Mirror& mirror;
   const Aperture& aperture;  ///< the part of the surface grid on the mirror
   double wavelength;         ///< [m]; mean of a band
-  const RadialPsd* psd;      ///< of the specification; null without roughness
+  const RadialPsd* psd;      ///< specification; null without roughness
   const PupilSample& pupil;
   const FocalLight& ideal;
   const FocalLight* target;  ///< by the theory of the targets; null without roughness

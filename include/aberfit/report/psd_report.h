@@ -19,12 +19,12 @@ struct PsdReport {
   std::string title;               ///< for people
   std::vector<std::string> files;  ///< one per measurement
   std::vector<Measurement> data;
-  std::vector<ClearRegion> clear;  ///< of each
+  std::vector<ClearRegion> clear;  ///< one per measurement
   PsdEstimate estimate;
   PsdModelFit fit;
-  SurfacePsd surface;  ///< as printed, written and drawn
+  SurfacePsd surface;  ///< PSD that is printed, written and drawn
   DrawingLine line;
-  DrawingLine as_measured;  ///< with the RMS height and slope of the bins; `exponent` NaN: the model has them
+  DrawingLine as_measured;  ///< line with the bins' RMS height and slope; `exponent` NaN: model has them
   std::vector<HeightDifferences> differences;  ///< structure functions, one per measurement
   std::vector<BandContent> bands;              ///< requested bands
   Warnings warnings;

@@ -10,8 +10,8 @@ namespace aberfit {
 
 /// Origin of a result, so that it can be reproduced.
 struct Provenance {
-  std::string version;  ///< of aberfit
-  std::string commit;   ///< of its source; empty if unknown
+  std::string version;  ///< version of aberfit
+  std::string commit;   ///< commit of its source; empty if unknown
   std::uint64_t seed = 0;
   int threads = 1;
   std::map<std::string, std::string> libraries;  ///< name -> version, the compiler among them
@@ -30,9 +30,9 @@ Provenance make_provenance(std::uint64_t seed, int threads);
 
 /// The result of a fit.
 struct ResultDocument : FitOutcome {
-  std::string title;  ///< of the study
+  std::string title;  ///< title of the study
   Provenance provenance;
-  ClearRegion clear;  ///< of a fitted map, in the coordinates of the mirror
+  ClearRegion clear;  ///< clear part of a fitted map, in mirror coordinates
 };
 
 /// Zernike, Fourier and spherical coefficients, one per row, in the order of `terms`, after a commented

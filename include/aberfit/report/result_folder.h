@@ -45,7 +45,7 @@ class ResultFolder {
   std::string keep_aside();
   void put_in_place();
 
-  std::string named_;  // as the user gave it
+  std::string named_;  // name given by the user
   ResultClaim claim_;
   std::filesystem::path folder_, part_, lock_;
   std::filesystem::path made_;  // outermost folder created; empty: none

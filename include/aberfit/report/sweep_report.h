@@ -12,7 +12,7 @@ namespace aberfit {
 /// A quantity that varies in a sweep.
 struct SweepAxis {
   std::string pointer;      ///< JSON pointer into the study
-  std::string unit;         ///< of its numbers, as typed; empty: plain numbers
+  std::string unit;         ///< unit of its numbers as typed; empty: plain numbers
   bool is_numeric = false;  ///< every value is a number in that unit
   bool is_log = false;      ///< its numbers are spaced by factors
 };
