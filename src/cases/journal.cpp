@@ -38,7 +38,7 @@ void make_folder(const std::string& folder) {
                      "a place that can be written to");
 }
 
-// The lock ends with the process that holds it. On a file system without locks every process gets one.
+// The lock ends with its process. On a file system without locks every process gets one.
 bool lock_file(int fd) { return ::flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK; }
 bool has_locks(int fd) { return ::flock(fd, LOCK_EX | LOCK_NB) == 0 || errno == EWOULDBLOCK; }
 

@@ -128,7 +128,7 @@ struct ModelRows {
     return rows.back();
   }
   void add_waves(double pitch, const ChartClock& clock) {
-    // Pitches over the safe one; each grid has twice as many cells as the one before.
+    // Pitches over the safe one; each grid has twice as many points as the one before.
     for (const double coarser : {4.0, 2.83, 2.0, 1.41, 1.0}) {
       if (waves > 0 && 3 * rows.back().seconds > clock.left()) break;
       ChartRow& row = add("waves", "cells across", std::round(cells_across(coarser * pitch)),
@@ -156,9 +156,9 @@ struct ModelRows {
       taken = taken || row.is_default;
     }
   }
-  // The reference grid has twice the cells of the safe one. The error is of second order in the pitch, so the
-  // reference has half the error of the safe grid, and the two differ by as much. A coarser last grid gives
-  // less.
+  // The reference grid has twice the points of the safe one. The error is of second order in the pitch, so
+  // the reference has half the error of the safe grid, and the two differ by as much. A coarser last grid
+  // gives less.
   void compare(double safe_pitch) {
     bench.say("chart: waves, reference");
     const double pitch = std::sqrt(0.5) * safe_pitch;

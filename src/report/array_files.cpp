@@ -1,4 +1,4 @@
-// The arrays of the focus in the formats that others read.
+// This file writes the arrays of the focus in formats of other programs.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 using Files = std::vector<std::pair<std::string, std::string>>;
 
-// Both lights, each with its word in names, where they are there.
+// Calls `use` for theory and surface if present, each with its word for file names.
 void for_each_light(const FocusArrays& arrays,
                     const std::function<void(const std::string&, const LightArrays&)>& use) {
   if (arrays.theory) use("theory", *arrays.theory);
@@ -33,13 +33,13 @@ Eigen::ArrayXd ring_radius(const FocusArrays& arrays) {
   return 0.5 * (arrays.radius.head(rings) + arrays.radius.tail(rings));
 }
 
-// Frequencies along x and y of the surface's OTF, negative ones too.
+// Positive and negative frequencies along x and y of the surface's OTF.
 Eigen::ArrayXd both_ways(const TransferImage& otf) {
   const auto last = double(otf.middle);
   return otf.step * Eigen::ArrayXd::LinSpaced(2 * otf.middle + 1, -last, last);
 }
 
-// Moduli from frequency 0 on, named by their axis.
+// Moduli from frequency 0 on, with the names of their axes.
 std::vector<std::pair<std::string, Eigen::ArrayXd>> moduli(const TransferImage& otf) {
   const Eigen::Index m = otf.middle;
   return {{"surface_x", otf.value.row(m).tail(m + 1).abs().transpose()},
@@ -96,7 +96,7 @@ std::string columns_csv(const std::string& comment, const Columns& columns) {
   return text;
 }
 
-// A square image on `axis` in both directions.
+// A square image with `axis` in both directions.
 std::string image_csv(const std::string& comment, const std::string& axes, const Eigen::ArrayXd& axis,
                       const Eigen::ArrayXXd& values) {
   std::string text = fmt::format(
@@ -108,7 +108,7 @@ std::string image_csv(const std::string& comment, const std::string& axes, const
   return text;
 }
 
-// Planes by values, as two columns and what `values` has of each light.
+// Columns of plane and `along`, and of `values` for theory and surface.
 Columns by_plane(const FocusArrays& arrays, const Eigen::ArrayXd& along, const std::string& suffix,
                  Eigen::ArrayXXd LightArrays::*values) {
   const Eigen::Index planes = arrays.plane.size(), each = along.size();
@@ -155,8 +155,8 @@ Files csv_files(const FocusArrays& arrays) {
 
 constexpr double kArcsecPerRadian = 180 * 3600 / kPi;
 
-// What every file says of the scene. Names as POPPY has them (its page "FITS header keywords") where it has
-// one.
+// Header cards for the scene in every file. Names are those of POPPY (its page "FITS header keywords") where
+// it has one.
 std::vector<FitsCard> scene_cards(const FocusArrays& arrays, const std::string& light) {
   return {{"ORIGIN", std::string("aberfit"), ""},
           {"OBJECT", one_line(arrays.title, 68), ""},

@@ -16,10 +16,10 @@ using namespace internal;
 
 namespace {
 
-constexpr double kSquareNanometreMillimetre = 1e-21;  // [m^3], what drawings carry
+constexpr double kSquareNanometreMillimetre = 1e-21;  // [m^3], unit of drawings
 constexpr double kPerMillimetre = 1000;
 
-// Fields of a table, in the units of drawings.
+// These functions give the fields of a table in the units of drawings.
 std::string rms_text(double rms) { return std::isfinite(rms) ? metres_text(rms) : "any"; }
 std::string level_text(double level) {
   return std::isfinite(level) ? fmt::format("{:.4g}", level / kSquareNanometreMillimetre) : "any";
@@ -28,7 +28,7 @@ std::string binding_text(const Ceilings& ceilings, double rms, std::size_t bindi
   return std::isfinite(rms) ? ceilings.budgets[binding].key : "-";
 }
 
-// Of what has a height: from the least to the most.
+// Range from the smallest to the largest finite RMS height.
 template <typename Items>
 std::string range_text(const Items& items) {
   double least = kInfinity, most = 0;

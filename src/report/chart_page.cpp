@@ -39,7 +39,7 @@ const ChartRow* find(const ChartFamily& family, bool ChartRow::*flag) {
   return at == family.rows.end() ? nullptr : &*at;
 }
 
-// What the rows of a family say together.
+// Conclusion from the rows of a family.
 std::string said_by(const ChartFamily& family, const ChartRow* today, const ChartRow* cheapest) {
   if (!cheapest) {
     const ChartRow* best = best_of(family);

@@ -1,4 +1,4 @@
-// Facts about a study before its fit ("check") and about a given surface ("trace").
+// This file describes the results of "check", a study before its fit, and "trace", a given surface.
 #include "aberfit/method/constants.h"
 #include "facts.h"
 #include "statistic_label.h"

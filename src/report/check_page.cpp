@@ -1,4 +1,4 @@
-// What people read of a study before its fit.
+// This file makes the page of "check", a study before its fit.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using namespace internal;
 
 namespace {
 
-// Labels and values, one under the other.
+// A table of labels and values.
 class Rows {
  public:
   void add(std::string label, std::string value) { table_.add({std::move(label), std::move(value)}); }
@@ -26,7 +26,7 @@ class Rows {
   Page::Table table_{"", {}, "ll"};
 };
 
-// Two digits: a time that was measured once has no more.
+// Two digits suffice, because a time measured once is no more precise.
 std::string time_text(double seconds) {
   if (seconds < 0.1) return fmt::format("{:.2g} ms", 1000 * seconds);
   if (seconds < 99.5) return fmt::format("{:.2g} s", seconds);
@@ -42,7 +42,7 @@ std::string ray_error_text(double ee90_radius, double ee50_error, double ee90_er
                      100 * ee50_error);
 }
 
-// The mean light as specifications ask for it.
+// Adds the mean spot in the quantities of optical specifications.
 void add_light(Rows* rows, const SpecifiedLight& light) {
   constexpr double kArcsec = 648000 / kPi;
   std::string widths, sky, shares;
@@ -51,7 +51,7 @@ void add_light(Rows* rows, const SpecifiedLight& light) {
       const std::string name = one.key.substr(0, one.key.find('_'));
       *to += fmt::format("{}{} {}", to->empty() ? "" : ", ", name, value);
     };
-    if (one.key == "hew") continue;  // ee50_diameter
+    if (one.key == "hew") continue;  // equals ee50_diameter
     if (one.is_width) {
       add(&widths, metres_text(one.value));
       add(&sky, fmt::format("{:.3g}", one.value / light.focal_length * kArcsec));
@@ -73,7 +73,7 @@ void add_light(Rows* rows, const SpecifiedLight& light) {
             fmt::format("{}, from {} to {}", light.lines.size(), line(*shortest), line(*longest)));
 }
 
-// R, kappa and GHS of the specification, with both verdicts side by side.
+// Adds R, kappa and GHS of the specification, with both verdicts side by side.
 void add_scene(Rows* rows, const CheckReport& report) {
   const SceneFacts& scene = *report.scene;
   const SceneNumbers& n = scene.numbers;
@@ -112,19 +112,19 @@ std::string terms_text(const CheckedTerms& terms) {
   return text + fmt::format(" ({:.2f} % of the height variance)", 100 * terms.captured);
 }
 
-// What the verdict leaves out whatever the surface, beside the margin that it is given with.
+// The errors of the theory, which the verdict neglects for any surface.
 std::string theory_text(const TheoryError& error) {
   const std::string angle = std::isfinite(error.small_angle)
                                 ? fmt::format("{:.2g} %", 100 * error.small_angle)
                                 : "an unknown share";
-  constexpr double kNext = 1e-6;  // to nothing: what quadrature leaves
+  constexpr double kNext = 1e-6;  // error of the quadrature
   const std::string beyond = error.beyond_ten_degrees < kNext
                                  ? "less than 0.0001 %"
                                  : fmt::format("{:.2g} %", 100 * error.beyond_ten_degrees);
   return fmt::format("{} of radii by small angles, {} of the light beyond 10 degrees", angle, beyond);
 }
 
-// How far from the focus statistics are, those of a ring half of its width.
+// Largest distance of the statistics from the focus; the FWHM of a ring counts half of its width.
 std::string planes_text(const CheckReport& report) {
   std::optional<double> reach;
   const auto seen = [&reach](double dz) { reach = std::max(reach.value_or(0), std::abs(dz)); };

@@ -9,7 +9,7 @@ std::string unit_of_key(const std::string& key) {
   struct Suffix {
     std::string_view end, unit;
   };
-  // Longer ends first: _per_m2 is no area.
+  // Longer endings come first, because _per_m2 is no area.
   static constexpr std::array kSuffixes = {Suffix{"_per_m2", "1/m^2"}, Suffix{"_rad_per_m", "rad/m"},
                                            Suffix{"_per_m", "1/m"},    Suffix{"_per_sr", "1/sr"},
                                            Suffix{"_m2", "m^2"},       Suffix{"_m3", "m^3"},

@@ -9,7 +9,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Known {
-  const char* name;  // a trailing / stands for all files of a folder
+  const char* name;  // a trailing / means all files of a folder
   const char* purpose;
 };
 

@@ -1,4 +1,4 @@
-// Facts about a fit: result.json of kind "fit".
+// This file describes the result of a fit: result.json of kind "fit".
 #include <cassert>
 #include <cmath>
 
@@ -355,7 +355,7 @@ static void describe_statistics(Facts& facts, const FitOutcome& result,
       "Standard deviation of the fitted ones by the linearised problem.");
 }
 
-// Light's answer; `metrics` only where they are not those of the fit.
+// Describes the verdict of wave optics; `metrics` only if they differ from those of the fit.
 static void describe_light(Facts& facts, const FitOutcome& result) {
   const bool own = result.judgement.light.has_value();
   const LightJudgement light = result.judgement.light.value_or(LightJudgement());

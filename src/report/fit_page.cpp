@@ -1,4 +1,4 @@
-// What people read of a fit.
+// This file makes the page of a fit.
 #include "fit_page.h"
 
 #include <fmt/format.h>
@@ -23,18 +23,18 @@ using namespace internal;
 namespace {
 
 constexpr std::size_t kWorstFitted = 3, kWorstHeldOut = 5;
-constexpr double kCarriesAll = 0.985;  // of the height variance, as a default order does
+constexpr double kCarriesAll = 0.985;  // fraction of the height variance, as of a default order
 
-// Slopes are small angles and read best as such.
+// Slopes are small angles and shown as angles.
 std::string slope(double value) { return format_quantity(value, Dimension::kAngle); }
 
-// What the verdict was made on.
+// The metrics behind the verdict.
 const std::vector<EquivalenceMetric>& decided_by(const ResultDocument& result) {
   const auto& light = result.judgement.light;
   return light && light->decides && !light->metrics.empty() ? light->metrics : result.judgement.metrics;
 }
 
-// The theory that a verdict is true of.
+// The theory for which the verdict holds.
 std::string theory_words(const ResultDocument& result) {
   if (result.judgement.light_decides && !(result.judgement.light && result.judgement.light->no_grid))
     return "light";
@@ -43,7 +43,7 @@ std::string theory_words(const ResultDocument& result) {
   return result.scene.theory == "ghs" ? "light" : "geometric rays";
 }
 
-// "ee35 -4 %"; in_spreads: also over what single mirrors differ by.
+// Worst metric, such as "ee35 -4 %". in_spreads: also in units of the spread of single mirrors.
 std::string worst_words(const std::vector<EquivalenceMetric>& metrics, const ShownStatistics& shown,
                         bool in_spreads = false) {
   const EquivalenceMetric* worst = worst_of(metrics);
@@ -56,7 +56,7 @@ std::string worst_words(const std::vector<EquivalenceMetric>& metrics, const Sho
                             std::abs(worst->difference / worst->spread));
 }
 
-// How many of the metrics are what.
+// Number of metrics by verdict.
 struct Tally {
   explicit Tally(const std::vector<EquivalenceMetric>& metrics) : count(long(metrics.size())) {
     for (const EquivalenceMetric& metric : metrics) {
@@ -85,7 +85,7 @@ std::string theory_name(const std::string& theory) {
                                  : theory;
 }
 
-// One sentence for whoever has to do better by what decides.
+// One sentence on how to improve the deciding metrics.
 std::string what_would_help_here(const ResultDocument& result, const Tally& tally) {
   if (tally.different == 0 && tally.undecided > 0)
     return by_waves(result) ? "The undecided statistics need a larger `equivalence.margin`."
@@ -111,7 +111,7 @@ std::string what_would_help_here(const ResultDocument& result, const Tally& tall
   if (!result.choices.frontier && result.fitted.surface.captured_fraction > 0 &&
       result.fitted.surface.captured_fraction < kCarriesAll)
     return "More terms would help: leave `terms` out and they are chosen.";
-  // The terms carry the roughness; no surface has more to give than its modes.
+  // Here the terms carry the roughness. A surface has no more degrees of freedom than modes.
   const double modes = result.has_roughness ? result.scene.numbers.n_eff : 0;
   if (result.choices.frontier && modes > 0 && modes < double(result.fitted.targets.size()))
     return fmt::format(
@@ -134,19 +134,19 @@ std::string what_would_help(const ResultDocument& result) {
   if (!result.judgement.light || !result.judgement.light->decides || result.judgement.light->obstacle.empty())
     return what_would_help_here(result, tally);
   const std::string obstacle = "Light has no answer: " + result.judgement.light->obstacle + ".";
-  // What decides in its place may have left something open, or nothing.
+  // The metrics that decide instead may still have failed or be undecided.
   return tally.different + tally.undecided > 0 ? obstacle + " " + what_would_help_here(result, tally)
                                                : obstacle;
 }
 
-// Least-squares terms that nothing says what to make of.
+// True for least-squares terms without a specification to judge them.
 bool only_map(const ResultDocument& result) { return result.map.fit && !result.has_roughness; }
 
 std::string stopped_by(const ResultDocument& result) {
   return result.stopped_by.empty() ? "" : " (stopped by " + result.stopped_by + ")";
 }
 
-// A measured part that is not the mean of its specification may well be one of its mirrors.
+// A measured part may differ from the mean of its specification and still be one of its mirrors.
 bool part_differs(const ResultDocument& result) {
   return result.map.fit && result.judgement.verdict == Verdict::kDifferent;
 }
@@ -183,7 +183,7 @@ std::string judged(const ResultDocument& result, const ShownStatistics& shown, c
   return text + fmt::format("; {} held out", tally.held_out);
 }
 
-// What to do with a surface that is equivalent.
+// Instructions to use an equivalent surface.
 std::string use_of(const ResultDocument& result) {
   if (!result.band.shares || !(result.band.shares->rest_rms > 0))
     return "Give the surface the terms (coefficients.csv or an export): they are this mirror, and nothing is "
@@ -191,7 +191,7 @@ std::string use_of(const ResultDocument& result) {
   return result.band.shares->cut > 0 ? std::string(kUse) + " " + kBeware : kUseWithoutTerms;
 }
 
-// How sure the answer is, what it rests on and what would change it.
+// Adds the certainty of the answer, its basis and its remedies.
 void add_answers(Page* page, const ResultDocument& result, const ShownStatistics& shown) {
   const std::vector<EquivalenceMetric>& deciding = decided_by(result);
   const auto say = [&](const char* label, std::string text) {
@@ -237,7 +237,7 @@ void add_headline(Page* page, const ResultDocument& result, const ShownStatistic
                              ? use_of(result)
                              : "Worst: " + worst_words(decided_by(result), shown) + ". " +
                                    what_would_help(result));
-  // An answer with a reservation is not shown in the colour of one without.
+  // A positive answer with a reservation does not get the colour of one without.
   const bool other_character = result.judgement.character && !result.judgement.character->fault().empty();
   const bool light_differs = result.judgement.light && !result.judgement.light->decides &&
                              !result.judgement.light->metrics.empty() &&
@@ -341,7 +341,7 @@ struct Line {
   const EquivalenceMetric* metric = nullptr;
   bool at_focus = false, held_out = false;
 
-  // How much this line deserves to be seen: verdict first, then the share of the margin that is used up.
+  // Rank of this line: verdict first, then the used fraction of the margin.
   std::pair<int, double> severity() const {
     if (!metric) return {0, 0.0};
     const int rank = metric->verdict == Verdict::kDifferent   ? 2
@@ -382,7 +382,7 @@ std::vector<Line> statistic_lines(const ResultDocument& result) {
   return lines;
 }
 
-// Lines of the table under a title.
+// Lines of the table with a common title.
 struct Section {
   std::string title;
   std::vector<Line> lines;
@@ -394,7 +394,7 @@ Section section_of(const std::string& title, const std::vector<Line>& lines, aut
   return section;
 }
 
-// The `count` most severe of those lines, worst first; the title says of how many.
+// The `count` most severe of those lines, worst first. The title gives the number of all.
 Section worst_section(const std::string& title, std::size_t count, const std::vector<Line>& lines,
                       auto wanted) {
   Section section = section_of(title, lines, wanted);
@@ -422,7 +422,7 @@ std::vector<Section> sections_of(const ResultDocument& result, const std::vector
           worst_section("Held out, judged but not fitted", kWorstHeldOut, lines, held_out)};
 }
 
-// with_spreads: how many spreads of single mirrors the difference is.
+// with_spreads: adds the difference in units of the spread of single mirrors.
 void add_row(Page::Table* table, const Line& line, const ShownStatistics& shown, bool with_spreads) {
   std::string difference = "-", interval = "-", verdict = "-";
   Page::Tone tone = Page::Tone::kPlain;
@@ -467,7 +467,7 @@ void add_statistics(Page* page, const ResultDocument& result, const ShownStatist
   page->parts.push_back(std::move(table));
 }
 
-// Light's answer, where the fit's own metrics are not light's.
+// Adds the verdict of wave optics if the fit's own metrics are not by wave optics.
 void add_light(Page* page, const ResultDocument& result, const ShownStatistics& shown, bool all) {
   const auto& light = result.judgement.light;
   if (!light) return;
@@ -490,7 +490,7 @@ void add_light(Page* page, const ResultDocument& result, const ShownStatistics& 
   page->parts.push_back(std::move(table));
 }
 
-// What differences mean, and whether the margin can see the roughness.
+// Explains the differences, and says if the margin is fine enough to see the roughness.
 void add_footnotes(Page* page, const ResultDocument& result) {
   const auto any = [&](auto wanted) {
     return std::any_of(result.judgement.metrics.begin(), result.judgement.metrics.end(), wanted);

@@ -29,7 +29,7 @@ std::string abg_words(const AbgFit& fit) {
       format_percent(fit.largest_error), format_percent(fit.rms_error), format_percent(fit.tis));
 }
 
-// The best model, and what the form that every program takes would miss.
+// Adds the best model, and the error of the form that every program accepts.
 void add_abg(Page* page, const std::vector<AbgFit>& fits) {
   if (fits.empty()) return;
   std::string text = abg_words(fits.back());

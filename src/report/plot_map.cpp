@@ -11,7 +11,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Points a side of a drawn map, at most: beyond, every second, third, ... is shown.
+// Largest number of points per side of a drawn map. A larger map shows every second, third, ... point.
 constexpr Eigen::Index kMostDrawn = 512;
 Eigen::ArrayXXd thinned(const Grid& height, Eigen::Index step) {
   const auto every = [&](Eigen::Index n) { return Eigen::seqN(0, (n + step - 1) / step, step); };
@@ -57,7 +57,7 @@ Picture map_heights_picture(const FitPictures& fit) {
 }
 
 Picture map_light_picture(const FitPictures& fit) {
-  constexpr double kFaintest = 1e-5;  // of the perfect mirror's peak
+  constexpr double kFaintest = 1e-5;  // fraction of the perfect mirror's peak
   const MapLight& light = *fit.result.map.light;
   const double last = light.radius[light.radius.size() - 1];
   const PsfImage& first = light.perfect.psf;

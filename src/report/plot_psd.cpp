@@ -66,7 +66,7 @@ Picture structure_function_picture(const PsdReport& report) {
   return picture;
 }
 
-// The least and the largest of each run of points, in their order, where there are more than a picture shows.
+// The smallest and the largest of each run of points, in their order, if a picture cannot show all.
 PictureColumns thinned(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
   constexpr Eigen::Index kRuns = 1200;
   if (x.size() <= 4 * kRuns) return {x, y};

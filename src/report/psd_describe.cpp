@@ -1,4 +1,4 @@
-// Facts about a measured PSD: result.json of kind "psd".
+// This file describes a measured PSD: result.json of kind "psd".
 #include <cmath>
 
 #include "aberfit/report/psd_report.h"
@@ -94,7 +94,7 @@ void describe(Facts& facts, const MeasurementFacts& one) {
   facts("clear", used_part(one.clear), "The part of the file that was used; null: the whole.");
 }
 
-// A bin as estimated, and of the surface where that can be told.
+// A bin as estimated, and that of the surface if it is known.
 struct BinFacts {
   bool of_profile = true;
   double frequency = 0, low = 0, high = 0;

@@ -19,7 +19,7 @@ std::string shown(const NumberOfFocus& number, double value) {
   return six_digits(value, number.unknown.dimension);
 }
 
-// "below 3 nm" where only one end is known.
+// The interval, or "below 3 nm" if only one end is known.
 std::string interval_text(const NumberOfFocus& number) {
   if (number.identified()) return shown(number, number.lower) + " to " + shown(number, number.upper);
   if (number.upper_found) return "below " + shown(number, number.upper);

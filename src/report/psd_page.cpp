@@ -1,4 +1,4 @@
-// What people read of a measured PSD.
+// This file makes the page of a measured PSD.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,14 +44,14 @@ std::string estimator_line(const PsdEstimate& e) {
 
 std::string slope_text(double value) { return format_quantity(value, Dimension::kAngle); }
 
-// Of a map: what its mean slope is the mean of.
+// The slopes along both axes of a map, whose mean is the RMS slope.
 std::string slopes_of_axes(const PsdEstimate& e) {
   if (!std::isfinite(e.rms_slope_x) || !std::isfinite(e.rms_slope_y)) return "";
   return fmt::format(" per axis ({} along x, {} along y)", slope_text(e.rms_slope_x),
                      slope_text(e.rms_slope_y));
 }
 
-// Of every valid sample, whatever its frequencies. Two conventions of a slope's RMS where they differ.
+// RMS values over all valid samples and frequencies. Shows both conventions of the RMS slope if they differ.
 std::string record_text(const PsdEstimate& e) {
   constexpr double kNoticed = 0.01;
   std::string text = fmt::format("RMS height {}, RMS slope {}{} of the detrended surface",
@@ -80,7 +80,7 @@ void add_parameters(Page* page, const PsdReport& report) {
   page->parts.push_back(std::move(table));
 }
 
-// Model and data in the band of the fit, side by side, and in the bands that were asked for.
+// Adds model and data side by side, in the band of the fit and in the requested bands.
 void add_bands(Page* page, const PsdReport& report) {
   const BandRms data = report.in_band(false), model = report.in_band(true);
   if (data.height > 0 && model.height > 0)
@@ -102,7 +102,7 @@ void add_bands(Page* page, const PsdReport& report) {
 
 std::string square_nanometres(double value) { return fmt::format("{:.4g} nm^2", 1e18 * value); }
 
-// The structure function at a few separations, even in the logarithm.
+// Adds the structure function at a few separations with logarithmic steps.
 void add_differences(Page* page, const PsdReport& report) {
   constexpr Eigen::Index kRows = 6;
   for (std::size_t i = 0; i < report.differences.size(); ++i) {
@@ -127,7 +127,7 @@ void add_differences(Page* page, const PsdReport& report) {
   }
 }
 
-// The straight line in the form that drawings carry: one-dimensional, A/f^B over a band.
+// Adds the straight line in the form of drawings: one-dimensional, A/f^B over a band.
 void add_drawing(Page* page, const DrawingLine& line) {
   if (!std::isfinite(line.exponent)) return;
   const std::string numbers =

@@ -40,7 +40,7 @@ std::string bands_csv(const PsdReport& report) {
   const auto add = [&](const BandContent& c, const std::string& name) {
     text += fmt::format("{},{:.9g},{:.9g}", csv_field(name), c.band.f_min, c.band.f_max);
     for (const double value : {c.from, c.to, c.data.height, c.data.slope, c.model.height, c.model.slope})
-      text += c.to > 0 ? fmt::format(",{:.9g}", value) : ",";  // no bins, no numbers
+      text += c.to > 0 ? fmt::format(",{:.9g}", value) : ",";  // no bins
     text += '\n';
   };
   for (const BandContent& content : report.bands) add(content, content.band.name);

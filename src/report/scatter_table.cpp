@@ -13,13 +13,13 @@
 namespace aberfit {
 namespace {
 
-constexpr double kMuchMoreLight = 0.1;   // of the model's TIS over the function's, from which it is said
-constexpr double kNotOne = 1e-6;         // of the renormalisation, from which it is said
-constexpr double kInterpolation = 5e-4;  // of log S, between rows of a PSD
+constexpr double kMuchMoreLight = 0.1;   // excess of the model's TIS that is reported
+constexpr double kNotOne = 1e-6;         // deviation of the renormalisation that is reported
+constexpr double kInterpolation = 5e-4;  // error of log S between rows of a PSD
 constexpr double kBesideJump = 1e-9;
 constexpr double kBelowBreakpoints = 1e-3;
 constexpr int kMostHalvings = 30;
-constexpr double kSmallestPsd = 1e-290;  // [m^4], in place of nothing
+constexpr double kSmallestPsd = 1e-290;  // [m^4], in place of 0
 
 std::string band_text(double f_min, double f_max) {
   return std::isinf(f_max) ? fmt::format("from {:.9g} /m on", f_min)
@@ -89,7 +89,7 @@ std::string abg_lines(const AbgFit& fit, double tis) {
   return text;
 }
 
-// Parameters in the conventions of other programs; a table has its own file.
+// Parameters in the conventions of other programs. A table has its own file.
 struct PsdLines {
   double wavelength;
 
@@ -126,7 +126,7 @@ struct PsdLines {
   }
 };
 
-// Appends rows between two, the second included, until a chord in log f, log S is close to S.
+// Appends rows between two, including the second, until log-log interpolation is close to S.
 void append_rows(const std::function<double(double)>& psd, double f_low, double s_low, double f_high,
                  double s_high, int halvings, std::string* text) {
   const double f = std::sqrt(f_low * f_high), s = psd(f);
@@ -172,7 +172,7 @@ std::string scatter_psd_csv(const PsdModel& rest, double wavelength) {
   const RadialPsd psd(rest);
   const double high = std::min(psd.f_max(), 1 / wavelength);
   double low = psd.f_min();
-  if (!(low < high)) return text;  // nothing of it scatters
+  if (!(low < high)) return text;  // nothing scatters
   const auto& bends = psd.breakpoints();
   if (low == 0) low = kBelowBreakpoints * std::min(high, bends.empty() ? high : bends.front());
   std::vector<double> edges{low};

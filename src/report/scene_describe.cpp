@@ -1,4 +1,4 @@
-// Facts about a scene that several kinds of result share.
+// This file describes facts about a scene that several kinds of result share.
 #include <algorithm>
 #include <cmath>
 

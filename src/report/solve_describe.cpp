@@ -1,4 +1,4 @@
-// Facts about what `solve` finds: kinds "solve", "ceilings" and "psd-of-focus".
+// This file describes the results of `solve`: kinds "solve", "ceilings" and "psd-of-focus".
 #include <cmath>
 
 #include "aberfit/core/constants.h"
@@ -155,7 +155,7 @@ void describe(Facts& facts, const Specification& spec) {
 
 namespace {
 
-// What ends a ceiling; null, with a reason, where no height violates a budget.
+// Describes the budget that ends a ceiling; null, with a reason, if no height violates one.
 void describe_end(Facts& facts, const Ceilings& of, double rms, std::size_t binding,
                   const std::string& reason) {
   const bool ends = std::isfinite(rms) && binding < of.budgets.size();

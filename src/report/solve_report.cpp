@@ -14,9 +14,10 @@ using namespace internal;
 
 namespace {
 
-constexpr double kShownAsZero = 5e-9;  // of a margin: what the root leaves
+constexpr double kShownAsZero = 5e-9;  // fraction of a margin: error of the root
 
-// "*": what binds. Sensitivities are of logarithms: percent of the value for each percent of the unknown.
+// "*" marks the binding budget. Sensitivities are logarithmic: per cent of the value per per cent of the
+// unknown.
 void add_budgets(Page* page, const std::string& title, const Specification& spec, const SolvePoint& point,
                  bool sensitivities) {
   Page::Table table{title, {"", "budget", "value", "limit", "margin", "room"}, "llrlrr"};

@@ -2,7 +2,7 @@
 
 namespace aberfit::internal {
 
-// How to use terms and scatter of a split roughness, in files and on pages.
+// These notes, for files and pages, explain the use of terms and scatter of a split roughness.
 inline constexpr const char* kUse =
     "Give the surface the terms (coefficients.csv or an export) and, as its scatter model, the scatter "
     "function (scatter.csv): together they are this mirror.";

@@ -1,4 +1,4 @@
-// What people read of a verification, and its facts.
+// This file makes the page of a verification and describes its facts.
 
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ std::string convention_word(Convention convention) {
   return convention == Convention::kPaper ? "paper" : "physical";
 }
 
-// The worst statistic of a comparison that is not equivalent: nearest to its margin or beyond it.
+// The worst statistic of a comparison that is not equivalent: nearest to its margin or farthest beyond it.
 std::string worst(const std::vector<EquivalenceMetric>& metrics) {
   const EquivalenceMetric* found = nullptr;
   const auto reach = [](const EquivalenceMetric& m) {
@@ -36,7 +36,7 @@ std::string light_word(const VerifyReport& report) {
                                        : "not computed";
 }
 
-// Verdict of the theory that decides, and what the other says.
+// Verdict of the deciding theory, and that of the other.
 std::string headline(const VerifyReport& report) {
   const std::string rays = upper_case(to_string(report.rays_verdict)) + worst(report.metrics);
   const std::string first =
@@ -73,7 +73,7 @@ Page::Table metric_table(const std::string& title, const char* target, const cha
   return table;
 }
 
-// A comparison of two branches; the names of the branches are those of its keys.
+// A comparison of two branches, whose names are its keys.
 struct Branches {
   EquivalenceMetric metric;
   bool in_light = false;

@@ -23,8 +23,8 @@ void write_file(const std::string& path, const std::string& text) {
     fs::create_directories(target.parent_path(), error);
     if (error) fail("a folder that cannot be created (" + error.message() + ")");
   }
-  // Beside the target, because a rename is only atomic within one file system; the process and a count keep
-  // writers apart.
+  // The file is beside the target, because a rename is only atomic within one file system. Process id and
+  // count distinguish writers.
   static std::atomic<unsigned> count{0};
   fs::path aside = target;
   aside += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(count++);
