@@ -39,10 +39,6 @@ std::unique_ptr<WaveForward> waves_of(const LightPath& path, const Eigen::Vector
 
 }  // namespace
 
-PsfImage focus_psf(const LightPath& path, const Eigen::VectorXd& coefficients, const PsfWindow& window) {
-  return waves_of(path, coefficients)->psf(window);
-}
-
 TransferImage focus_transfer(const LightPath& path, const Eigen::VectorXd& coefficients, double dz,
                              int most_lags) {
   return waves_of(path, coefficients)->transfer(dz, most_lags);

@@ -10,7 +10,6 @@
 
 #include "aberfit/core/units.h"
 #include "aberfit/trace/nominal_surface.h"
-#include "undersampled.h"
 
 namespace aberfit::internal {
 namespace {
@@ -105,7 +104,7 @@ std::string below_diffraction(const Wanted& wanted, double perfect) {
 WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads)
     : path_(path),
       threads_(threads),
-      split_(statistics, is_moment),
+      split_(statistics),
       diffraction_pupil_(pupil_of(path)),
       departure_(departure_of(path.mirror, diffraction_pupil_, focus_operator(FocusModel::kWaves, threads))),
       workspace_(path.workspace ? *path.workspace : own_workspace_) {
@@ -232,7 +231,7 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) {
   for (std::size_t j = 0; j < split_.own.size(); ++j) {
     if (!lacks(split_.own_place[j])) continue;
     const std::string name = statistic_name(split_.own[j]);
-    if (!kind_of(split_.own[j]).in_waves)
+    if (!kind_of(split_.own[j]).in_waves())
       warnings->push_back({"rms-radius-of-waves",
                            name + " does not exist for waves: a sharp edge scatters light as 1/r^3, whose "
                                   "second moment diverges"});

@@ -6,7 +6,6 @@
 #include "aberfit/waves/transfer_image.h"
 #include "height_blocks.h"
 #include "moment_rays.h"
-#include "split_statistics.h"
 
 namespace aberfit::internal {
 
@@ -23,7 +22,6 @@ class WaveForward : public ForwardModel {
   Eigen::VectorXd exact(Warnings* warnings) override;
   std::string trouble() const override { return trouble_; }
   std::string unreachable(const std::vector<Target>& targets) const override;
-  PsfImage psf(const PsfWindow& window) { return diffraction_psf(problem(), height(), window); }
   TransferImage transfer(double dz, int most_lags) {
     return diffraction_transfer(problem(), height(), dz, most_lags);
   }

@@ -71,7 +71,7 @@ class DrawnMirrors {
     std::vector<Statistic> moments;
     std::vector<Eigen::Index> place;
     for (std::size_t k = 0; k < statistics_.size(); ++k) {
-      if (!kind_of(statistics_[k]).is_moment) continue;
+      if (!kind_of(statistics_[k]).is_moment()) continue;
       moments.push_back(statistics_[k]);
       place.push_back(Eigen::Index(k));
     }
@@ -184,7 +184,7 @@ Attempt judge_all_scatter(const FitCase& of) {
   judge(law::kGroups, law::kGroups);
   double draws = law::kGroups, surfaces = law::kGroups;
   for (std::size_t k = 0; k < result.judgement.metrics.size(); ++k) {
-    double& most = kind_of(judged.targets()[k].statistic).is_moment ? surfaces : draws;
+    double& most = kind_of(judged.targets()[k].statistic).is_moment() ? surfaces : draws;
     most = std::max(most, enough_draws(result.judgement.metrics[k]));
   }
   if (std::max(draws, surfaces) > law::kGroups) judge(draws, surfaces);

@@ -27,7 +27,7 @@ void check_given_energies(const std::vector<Wanted>& wanted) {
   std::map<double, std::vector<Energy>> planes;
   for (const Wanted& one : wanted) {
     if (!one.value) continue;
-    const std::string key = kind_of(one.statistic).key, name = statistic_name(one.statistic);
+    const std::string key(kind_of(one.statistic).key), name = statistic_name(one.statistic);
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&one.statistic))
       planes[ee->dz].push_back({*one.value, ee->fraction, fmt::format("ee{:.6g}", 100 * ee->fraction), name});
     else if (const auto* within = std::get_if<RingThrough>(&one.statistic); within && !within->is_point)

@@ -25,8 +25,11 @@ namespace {
 
 // Spot scale of a study with given targets: from the first value that determines one.
 double scale_of_values(const Task& task) {
+  const auto unknown = [](double) { return kNaN; };  // a ring of a fraction
   for (const StatisticRequest& request : task.target.statistics)
-    if (const auto sigma = spot_sigma(request, task.mirror.focal_length)) return *sigma;
+    for (const Wanted& one : wanted_by(request, unknown, 0))
+      if (const auto sigma = spot_sigma(one.statistic, one.value.value_or(0), task.mirror.focal_length))
+        return *sigma;
   throw FieldError("target.statistics", "no value that gives the focal spot a size",
                    "a roughness block, or a value for an ee, rms_radius, scatter or spot statistic");
 }

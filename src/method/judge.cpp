@@ -29,7 +29,7 @@ std::vector<Target> targets_of_light(const GeneralisedHarveyShack& light, std::v
 }
 
 std::vector<Target> seen_by_waves(std::vector<Target> targets) {
-  std::erase_if(targets, [](const Target& target) { return !kind_of(target.statistic).in_waves; });
+  std::erase_if(targets, [](const Target& target) { return !kind_of(target.statistic).in_waves(); });
   return targets;
 }
 

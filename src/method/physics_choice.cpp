@@ -26,7 +26,7 @@ void mind_theory(const Task& task, const RadialPsd& psd, PhysicsChoice* use) {
 }
 
 bool is_of_light_alone(const StatisticRequest& request) {
-  return request.name != "ring_profile" && !kind_of_key(request.name).in_rays;
+  return request.name != "ring_profile" && !kind_of_key(request.name).in_rays();
 }
 
 // The first requested statistic that only wave optics has; null: none.
@@ -153,9 +153,9 @@ Task seen_by_rays(Task task) {
 
 void refuse_without_rays(const std::string& model, const std::vector<Statistic>& statistics) {
   for (const Statistic& statistic : statistics)
-    if (!kind_of(statistic).in_waves)
+    if (!kind_of(statistic).in_waves())
       throw FieldError(
-          "target.statistics." + kind_of(statistic).key,
+          "target.statistics." + std::string(kind_of(statistic).key),
           "an RMS radius with model \"" + model + "\": diffraction at the edge makes it infinite",
           "ee radii; or theory \"geometric\" and trace model \"rays\"");
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "aberfit/core/errors.h"
@@ -15,7 +14,7 @@
 
 namespace aberfit {
 double plane_reach(const Target& target) {
-  if (std::holds_alternative<RingFwhm>(target.statistic)) return 0.5 * law::kReach * target.value;
+  if (kind_of(target.statistic).plane == FocalPlane::kThrough) return 0.5 * law::kReach * target.value;
   return std::abs(plane_of_light(target.statistic).value_or(0));
 }
 
@@ -27,7 +26,7 @@ struct PlanesSeen {
 
   void add(const Target& target) {
     const double dz = plane_of_light(target.statistic).value_or(0), around = plane_reach(target);
-    const bool both = std::holds_alternative<RingFwhm>(target.statistic);
+    const bool both = kind_of(target.statistic).plane == FocalPlane::kThrough;
     nearest = std::min(nearest, both ? -around : dz);
     farthest = std::max(farthest, both ? around : dz);
   }
@@ -63,15 +62,11 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   double radius = 0;
   PlanesSeen planes;
   for (const Target& target : targets) {
-    if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
-      if (ee->dz == 0) radius = std::max(radius, law::kReach * target.value);
-    } else if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) {
-      radius = std::max(radius, law::kReach * ring->ring_radius);
-    } else if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic)) {
-      radius = std::max(radius, law::kReach * square->side / std::numbers::sqrt2);
-    } else if (split && !kind_of(target.statistic).in_rays) {
+    const double deciding = deciding_radius(target.statistic, target.value);
+    if (std::isfinite(deciding))
+      radius = std::max(radius, law::kReach * deciding);
+    else if (split)
       radius = std::max(radius, law::kReach * split->low_reach());  // of all energy that terms move
-    }
     planes.add(target);
   }
   if (split) radius = std::min(radius, law::kReach * split->low_reach());

@@ -71,8 +71,9 @@ bool has_few_modes(const Groundwork& ground) {
 void warn_of_few_modes(const Groundwork& ground, bool default_set, TargetSets* sets) {
   if (!has_few_modes(ground)) return;
   const auto& fitted = sets->fitted;
-  const bool moments = std::any_of(fitted.begin(), fitted.end(),
-                                   [](const Target& target) { return kind_of(target.statistic).is_moment; });
+  const bool moments = std::any_of(fitted.begin(), fitted.end(), [](const Target& target) {
+    return kind_of(target.statistic).is_moment();
+  });
   if (!default_set && !moments) return;
   sets->warnings.push_back(
       {"few-modes",

@@ -132,7 +132,7 @@ std::string planes_text(const CheckReport& report) {
     for (const Target& target : *targets)
       if (const auto dz = plane_of_light(target.statistic))
         seen(*dz);
-      else if (std::holds_alternative<RingFwhm>(target.statistic))
+      else if (kind_of(target.statistic).plane == FocalPlane::kThrough)
         seen(0.5 * target.value);
   if (!reach) return "";
   return *reach > 0 ? ", in planes up to " + metres_text(*reach) + " from the focus" : ", in the focus";

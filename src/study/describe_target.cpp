@@ -56,7 +56,7 @@ void describe_value(Visitor& v, StatisticRequest& s, double focal_length, double
                     : "how closely the fit is to meet it, relative to the value",
               kOptional, "\"0.2 %\""},
              s.tolerance, kFraction, Range{0, 1, true, false});
-  if (kind_of_key(s.name).key == "ee")
+  if (option_of_key(s.name).form == StudyOption::kPercent)
     describe_radius(v, s, focal_length, per_radius);
   else
     describe_plain_value(v, s, dimension);
@@ -76,12 +76,12 @@ void describe_planes(Visitor& v, StatisticRequest& s) {
 }
 
 // Where a statistic is asked for: at several radii, say; a given value is that of one.
-void describe_places(Visitor& v, const Field& field, const char* one, const StatisticRequest& s,
-                     Dimension dimension, std::vector<double>* places) {
-  v.quantities(field, *places, dimension, Range::positive(), true);
-  v.check(!s.value || places->size() == 1, field.key,
-          fmt::format("{} {} for one value", places->size(), field.key),
-          fmt::format("one {} where value is given", one));
+void describe_places(Visitor& v, const StudyOption& option, StatisticRequest& s) {
+  v.quantities({option.key, option.text, kRequired, option.example}, s.places, option.dimension,
+               Range::positive(), true);
+  v.check(!s.value || s.places.size() == 1, option.key,
+          fmt::format("{} {} for one value", s.places.size(), option.key),
+          fmt::format("one {} where value is given", option.one));
 }
 
 void describe_ring(Visitor& v, StatisticRequest& s) {
@@ -121,26 +121,15 @@ void describe_profile(Visitor& v, StatisticRequest& s) {
 
 void describe_statistic(Visitor& v, StatisticRequest& s, const std::string& key, double focal_length) {
   if (s.name == "ring_profile") return describe_profile(v, s);
-  if (s.name == "ring_fwhm" && key.find('@') == std::string::npos) describe_ring(v, s);
-  if (s.name == "spot_fwhm")
-    v.quantity(
-        {"bandwidth", "standard deviation of the Gaussian kernel that smooths the line spread profile [m]",
-         kOptional, "\"5 um\""},
-        s.bandwidth, kLength, Range::positive());
+  const StatisticKind& kind = kind_of_key(s.name);
+  const StudyOption& option = option_of_key(s.name);
+  if (option.form == StudyOption::kRing && key.find('@') == std::string::npos) describe_ring(v, s);
+  if (option.form == StudyOption::kWidth)
+    v.quantity({option.key, option.text, kOptional, option.example}, s.bandwidth, option.dimension,
+               Range::positive());
   describe_value(v, s, focal_length, is_diameter(key) ? 2 : 1);
-  if (s.name == "ee_within")
-    describe_places(v, {"radii", "radii of the discs about the axis [m]", kRequired, "[\"10 um\"]"}, "radius",
-                    s, kLength, &s.radii);
-  if (s.name == "ensquared_within")
-    describe_places(
-        v,
-        {"sides", "sides of the squares about the axis [m], each the mean over squares turned all ways",
-         kRequired, "[\"15 um\"]"},
-        "side", s, kLength, &s.sides);
-  if (s.name == "mtf")
-    describe_places(v, {"frequencies", "frequencies of the image [cycles/m]", kRequired, "[\"20 /mm\"]"},
-                    "frequency", s, kFrequency, &s.frequencies);
-  if (kind_of_key(s.name).in_planes) describe_planes(v, s);
+  if (option.form == StudyOption::kPlaces) describe_places(v, option, s);
+  if (kind.plane == FocalPlane::kGiven) describe_planes(v, s);
 }
 
 void describe_psd_target(Visitor& v, PsdTarget& target) {

@@ -114,7 +114,8 @@ void check_band(const Study& study) {
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const std::string& name = study.target.statistics[i].name;
-    if (study.wavelength.is_band() && (name == "ring_fwhm" || name == "spot_fwhm" || name == "ring_profile"))
+    if (study.wavelength.is_band() &&
+        (name == "ring_profile" || kind_of_key(name).measure == Measure::kHalfWidth))
       throw InputError(study.path, "/target/statistics/" + keys[i], "\"" + name + "\" in a band of light",
                        "encircled energies, which add; or light of one wavelength");
   }

@@ -442,14 +442,15 @@ std::vector<Place> places_in_focus(const Study& study) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const StatisticRequest& request = study.target.statistics[i];
     const std::string pointer = "/target/statistics/" + keys[i];
-    const bool is_radius = request.name.starts_with("ee") && request.name != "ee_within";
-    if (request.value && (is_radius || request.name == "rms_radius" || request.name == "spot_fwhm"))
-      add(pointer + "/value", *request.value);
     if (const auto* ring = std::get_if<double>(&request.ring)) add(pointer + "/ring", *ring);
-    for (std::size_t k = 0; k < request.radii.size(); ++k)
-      add(fmt::format("{}/radii/{}", pointer, k), request.radii[k]);
-    for (std::size_t k = 0; k < request.sides.size(); ++k)
-      add(fmt::format("{}/sides/{}", pointer, k), request.sides[k]);
+    if (request.name == "ring_profile") continue;
+    const StatisticKind& kind = kind_of_key(request.name);
+    const StudyOption& option = option_of_key(request.name);
+    const bool in_a_plane = kind.plane == FocalPlane::kFocus || kind.plane == FocalPlane::kGiven;
+    if (request.value && in_a_plane && kind.dimension == Dimension::kLength)
+      add(pointer + "/value", *request.value);
+    for (std::size_t k = 0; k < request.places.size() && option.dimension == Dimension::kLength; ++k)
+      add(fmt::format("{}/{}/{}", pointer, option.key, k), request.places[k]);
   }
   if (!study.solve) return places;
   for (const Budget& budget : study.solve->budgets) {

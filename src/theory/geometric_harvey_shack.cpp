@@ -10,7 +10,6 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/core/overloaded.h"
 #include "aberfit/core/root.h"
 #include "aberfit/trace/ray_bundle.h"
 
@@ -260,25 +259,6 @@ double GeometricHarveyShack::spot_fwhm(double bandwidth) const {
   while (scan[std::size_t(last)] <= 0.5 * most) --last;
   const double low = last * step, high = (last + 1) * step;
   return 2.0 * root_between(excess, low, high, excess(low), excess(high));
-}
-
-double GeometricHarveyShack::operator()(const Statistic& statistic) const {
-  return std::visit(
-      Overloaded{
-          [&](const EncircledEnergyRadius& s) { return encircled_energy_radius(s.fraction, s.dz); },
-          [&](const RingFwhm& s) {
-            return ring_fwhm(s.ring_radius ? *s.ring_radius : encircled_energy_radius(s.ring_fraction, 0.0));
-          },
-          [&](const RingThrough& s) { return encircled_energy(s.ring_radius, s.dz); },
-          [&](const ScatterRms&) { return scatter_rms(); },
-          [&](const ScatterMean&) { return scatter_mean(); },
-          [&](const SpotFwhm& s) { return spot_fwhm(s.bandwidth); },
-          [&](const RmsRadius& s) { return rms_radius(s.dz); }, [&](const RmsHeight&) { return rms_height_; },
-          [&](const auto&) -> double {
-            throw ComputationError(statistic_name(statistic) +
-                                   " is one of light: geometric rays have none; take theory ghs");
-          }},
-      statistic);
 }
 
 }  // namespace aberfit

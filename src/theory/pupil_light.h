@@ -11,7 +11,7 @@
 #include "aberfit/scene/segments.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/waves/lag_table.h"
-#include "moment_basis.h"
+#include "moment_panels.h"
 #include "pupil_field.h"
 
 namespace aberfit::internal {

@@ -152,8 +152,6 @@ double ScatterFunction::bsdf(double theta) const {
   return renorm_ / (wavelength_ * wavelength_) * bracket(std::abs(std::sin(theta)) / wavelength_);
 }
 
-double ScatterFunction::asf(double theta) const { return std::max(0.0, std::cos(theta)) * bsdf(theta); }
-
 double ScatterFunction::within(double theta) const {
   if (!higher_) return 0;
   const double f = std::abs(std::sin(theta)) / wavelength_;

@@ -12,7 +12,7 @@
 #include "aberfit/focus/circles_of_square.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "diffraction_band.h"
-#include "diffraction_line_spread.h"
+#include "diffraction_otf.h"
 #include "diffraction_peak_place.h"
 #include "diffraction_plane.h"
 #include "diffraction_ring.h"
@@ -101,14 +101,6 @@ class DiffractionEvaluator {
     }
     return half_x * *x + half_y * *y;
   }
-  double operator()(const RmsHeight&) const {
-    const Eigen::ArrayXd& weight = scene_.problem().pupil.sample.weight;
-    const Eigen::ArrayXd centred = height_ - (weight * height_).sum() / weight.sum();
-    const double rms = std::sqrt((weight * centred.square()).sum() / weight.sum());
-    if (!(rms > 0)) return std::nan("");
-    if (d_height_) *d_height_ = weight * centred / (rms * weight.sum());
-    return rms;
-  }
   // A tilt moves the highest point onto the axis, where the sum over lags gives a value and a gradient. The
   // gradient may ignore the shift of that point, because the irradiance is stationary there.
   double operator()(const StrehlRatio&) const {
@@ -148,9 +140,8 @@ class DiffractionEvaluator {
     if (d_height_) *d_height_ = plane_->sum_gradient(weights).over_heights();
     return sum;
   }
-  double operator()(const ScatterRms&) const { return std::nan(""); }
-  double operator()(const ScatterMean&) const { return std::nan(""); }
-  double operator()(const RmsRadius&) const { return std::nan(""); }
+  double operator()(const MomentKind auto&) const { return std::nan(""); }
+  double operator()(const RayKind auto&) const { return std::nan(""); }
 
  private:
   const Eigen::ArrayXd& per_height() const { return scene_.per_height(); }

@@ -293,7 +293,7 @@ std::string with_correlation_length(double millimetres, const std::string& targe
 }
 int moments_of(const TargetSets& sets) {
   int count = 0;
-  for (const Target& target : all_targets(sets)) count += kind_of(target.statistic).is_moment;
+  for (const Target& target : all_targets(sets)) count += kind_of(target.statistic).is_moment();
   return count;
 }
 

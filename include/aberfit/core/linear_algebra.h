@@ -66,8 +66,6 @@ Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::Matr
 class LeastNorm {
  public:
   explicit LeastNorm(const Eigen::MatrixXd& matrix);
-  /// threshold: pivots below this fraction of the largest count as zero.
-  LeastNorm(const Eigen::MatrixXd& matrix, double threshold);
   ~LeastNorm();
   Eigen::VectorXd solve(const Eigen::VectorXd& right) const;
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;

@@ -25,9 +25,7 @@ namespace aberfit {
 struct StatisticRequest {
   std::string name;
   std::vector<double> planes = {0};  ///< ee*, *_within, rms_radius: dz [m]
-  std::vector<double> radii;         ///< ee_within [m]
-  std::vector<double> sides;         ///< ensquared_within [m]
-  std::vector<double> frequencies;   ///< mtf: of the image [cycles/m]
+  std::vector<double> places;        ///< StudyOption::kPlaces: radii, sides, frequencies [SI]
   std::variant<std::string, double> ring =
       std::string("ee90");          ///< ring_fwhm, ring_profile: "ee<percent>" or a radius [m]
   std::optional<double> bandwidth;  ///< spot_fwhm [m]

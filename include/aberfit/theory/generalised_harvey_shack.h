@@ -201,11 +201,6 @@ class GeneralisedHarveyShack {
   double cut_share() const { return cut_share_; }
   double core_share() const { return core_; }  ///< specular fraction exp(-g^2), averaged over the aperture
   double tis() const;                          ///< total integrated scatter 1 - core_share
-  /// Angle-spread function in the focus: scattered energy, without the specular core, per unit of
-  /// direction-cosine area [1/sr]. theta [rad] is the angle from the specular direction. Times cos(theta) it
-  /// is per solid angle; 2 pi int ASF sin d(sin) = `tis`. Direction cosines keep it shift-invariant beyond 10
-  /// degrees. It neglects obliquity and polarisation, so it needs theta < 30 degrees and g theta^2 << 1.
-  double angle_spread(double theta) const;
   /// exp(-E) at the pupil shear x >= 0 [m], averaged over the aperture.
   double surface_transfer(double x) const;
   /// The same at ascending shears x [m], averaged over the overlap of the aperture with its copy. For a

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "aberfit/roughness/psd.h"
@@ -20,6 +21,14 @@ struct FocalDisc {
   /// fixed ring, that ends at dz. Needs a spot without roughness that is the same on both sides of the focus.
   bool is_end_of_width = false;
 };
+
+/// The disc whose energy decides a statistic to first order.
+struct DecidingDisc {
+  FocalDisc disc;
+  double unit = 0;  ///< > 0: energy in the disc for a relative difference of 1
+};
+/// Of an aim (`aim_of`). Nothing for properties of the surface or of rays, or where no disc does.
+std::optional<DecidingDisc> deciding_disc(const Target& aim, const GeneralisedHarveyShack& mean);
 
 /// A rough mirror whose realisations are compared with their mean.
 struct SpreadProblem {
@@ -87,6 +96,8 @@ class RealisationSpread {
   /// slopes have (2 pi f)^2 S in place of S. 0 where the RMS of all the roughness is infinite.
   double rms_height(double cut) const;
   double rms_slope(double cut) const;
+  /// That of a moment of the surface, to first order; NaN for other statistics.
+  double of_moment(const Statistic& moment, double cut) const;
 
   /// Lowest frequency [cycles/m]: f_min, at least 1/20 of a cycle across. Longer waves only tilt the mirror.
   double lowest() const;

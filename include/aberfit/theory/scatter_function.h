@@ -39,7 +39,6 @@ class ScatterFunction {
 
   /// [1/sr] at theta [rad], |theta| <= pi/2; infinite at 0 where S is.
   double bsdf(double theta) const;
-  double asf(double theta) const;
   /// Fraction of the total energy that is scattered to within theta of the specular direction; `tis` at pi/2.
   double within(double theta) const;
 

@@ -12,7 +12,7 @@ inline constexpr double kMostBeyondTenDegrees = 1e-3;
 /// Fraction from which the theory does not apply: the default range of 95 % of the energy reaches there.
 inline constexpr double kTooMuchBeyondTenDegrees = 0.05;
 /// Part of the energy beyond 10 degrees that the neglected obliquity factor and polarisation may move. It is
-/// sin^2 of 30 degrees, the largest angle of use (`angle_spread`).
+/// sin^2 of 30 degrees, the largest angle of use.
 inline constexpr double kObliquity = 0.25;
 /// Wavelength [m] below which mirrors mostly work at grazing, not at normal, incidence.
 inline constexpr double kShortestAtNormalIncidence = 30e-9;
