@@ -166,7 +166,7 @@ const StatisticKind& kind_of_key(const std::string& key) {
     if (kind.has_key && key == kind.key) return kind;
   const bool percent = key.size() > 2 && key.starts_with("ee") && key[2] >= '0' && key[2] <= '9';
   if (percent) return kind_of(EncircledEnergyRadius{});
-  throw std::invalid_argument("no statistic is called \"" + key + '"');
+  throw std::invalid_argument("there is no statistic \"" + key + '"');
 }
 
 std::vector<std::string> request_keys() {

@@ -110,8 +110,8 @@ Eigen::VectorXd RayForward::exact(Warnings* warnings) {
 }
 
 std::string RayForward::trouble() const {
-  return "a focal statistic has no derivative (all rays on one point, or a kernel wider than "
-         "the spot): start from a draw instead of the perfect mirror";
+  return "a focal statistic has no derivative (all rays meet in one point, or the kernel is wider than the "
+         "spot); start from a realisation instead of the perfect mirror";
 }
 
 }  // namespace aberfit::internal

@@ -18,8 +18,8 @@ std::optional<Warning> undersampled(const TermSet& terms, double pitch) {
   constexpr double kRounding = 1e-9;  // relative, for a pitch from a difference of positions
   if (2 * highest * pitch < 1 - kRounding) return std::nullopt;
   return Warning{"terms-undersampled",
-                 fmt::format("terms of up to {} on points {} apart: no more than two a cycle, so that light "
-                             "lands in the wrong place; take points {} apart or less, or fewer terms",
+                 fmt::format("terms of up to {} have at most two points per cycle on points {} apart, so "
+                             "energy lands in the wrong place; take points {} apart or less, or fewer terms",
                              format_quantity(highest, Dimension::kSpatialFrequency),
                              format_quantity(pitch, Dimension::kLength),
                              format_quantity(1 / (3 * highest), Dimension::kLength))};

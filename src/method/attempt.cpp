@@ -275,7 +275,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   if (result.fit.status == FitStatus::kCancelled && !of.context.stopped()) {
     result.fit.status = FitStatus::kNotConverged;
     result.fit.message = fmt::format(
-        "ended after {} iterations, the last {} of which brought the largest mismatch no nearer than {:.3g} "
+        "stopped after {} iterations; in the last {} the largest mismatch did not fall below {:.3g} "
         "tolerances",
         result.fit.iterations, law::kPatience, lowest);
   }

@@ -86,7 +86,7 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPu
   g_ = 4 * pi * band.rms_height / wavelength_;
   if (!std::isfinite(structure_function(psd_, Eigen::ArrayXd::Constant(1, aperture_radius(aperture_)))[0]))
     throw ComputationError(
-        "the structure function of this PSD is infinite, so there is no generalised Harvey-Shack prediction: "
+        "the structure function of this PSD is infinite, so there is no generalised Harvey-Shack prediction; "
         "give the PSD a lowest frequency");
   exact_ = std::make_unique<const ExactTransfer>(
       pupil.moments_, [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,
@@ -333,9 +333,8 @@ double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
                  [&](const SpotFwhm& s) { return spot_fwhm(s.bandwidth); },
                  [&](const RmsRadius&) -> double {
                    throw ComputationError(
-                       "the RMS radius of a diffracted spot does not exist: its second moment diverges; ask "
-                       "for encircled "
-                       "energy radii, or take theory geometric");
+                       "the RMS radius of a diffracted spot does not exist, because its second moment "
+                       "diverges; request encircled-energy radii, or take theory geometric");
                  },
                  [&](const RmsHeight&) { return rms_height_on(aperture_, whole_); },
                  [&](const EnsquaredThrough& s) { return at_plane(s.dz).ensquared_energy(s.side); },

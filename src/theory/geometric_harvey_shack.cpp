@@ -41,9 +41,10 @@ GeometricHarveyShack::GeometricHarveyShack(const Mirror& mirror, const Aperture&
       const SurfacePoint<double> surface = base_surface(of_revolution, node.rho, 0.0);
       const double p2 = surface.slope_x * surface.slope_x;
       if (!(p2 < 1.0))
-        throw ComputationError(fmt::format(
-            "the mirror sends no light from {:.4g} m off its axis to the focus: its slope there is {:.3g}",
-            node.rho, surface.slope_x));
+        throw ComputationError(
+            fmt::format("from {:.4g} m off its axis the mirror sends no light to the focus, because its "
+                        "slope there is {:.3g}",
+                        node.rho, surface.slope_x));
       const Ray<double> ray = reflect(mirror.focal_length, node.rho, 0.0, surface);
       const double path = mirror.focal_length - surface.height, cosine = (1.0 - p2) / (1.0 + p2);
       Zone zone{};
@@ -275,8 +276,9 @@ double GeometricHarveyShack::operator()(const Statistic& statistic) const {
           [&](const SpotFwhm& s) { return spot_fwhm(s.bandwidth); },
           [&](const RmsRadius& s) { return rms_radius(s.dz); }, [&](const RmsHeight&) { return rms_height_; },
           [&](const auto&) -> double {
-            throw ComputationError(statistic_name(statistic) +
-                                   " is one of light: geometric rays have none; take theory ghs");
+            throw ComputationError(
+                statistic_name(statistic) +
+                " needs wave optics and does not exist for geometric rays; take theory ghs");
           }},
       statistic);
 }
