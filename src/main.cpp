@@ -74,8 +74,8 @@ int print_manual(const CLI::App& app, const std::string& form) {
 
 int run(int argc, char** argv) {
   CLI::App app(
-      "Equivalent aberration terms of rough mirrors: a surface of Zernike, Fourier and spherical terms whose "
-      "traced focus is statistically equivalent to the Harvey-Shack scatter of a roughness specification.",
+      "Equivalent aberration terms of rough mirrors: finds a surface of Zernike, Fourier and spherical terms "
+      "whose focus is statistically equivalent to the Harvey-Shack scatter of a roughness specification.",
       "aberfit");
   app.formatter(std::make_shared<aberfit::internal::HelpFormatter>());
   aberfit::internal::TypedCommand typed;
@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return fail(
         ExitCode::kComputationFailed,
-        "the computation failed: not enough memory; fewer terms or rays, or a larger margin, take less");
+        "the computation failed: not enough memory; fewer terms or rays, or a larger margin, need less");
   } catch (const std::exception& error) {
     return fail(ExitCode::kComputationFailed, fmt::format("the computation failed: {}", error.what()));
   }

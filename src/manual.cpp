@@ -159,7 +159,7 @@ std::string help_text(const CLI::App& app, int width) {
     rows.emplace_back(command->get_name(), command->get_description());
   if (!rows.empty())
     text += heading("Commands") + two_columns(rows, width) +
-            wrapped("`aberfit COMMAND --help` explains a command and has examples.", width) + "\n";
+            wrapped("`aberfit COMMAND --help` explains a command with examples.", width) + "\n";
   text += options_text(app, true, width) + options_text(app, false, width);
   if (app.get_parent())
     text += "  " +

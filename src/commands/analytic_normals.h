@@ -8,7 +8,7 @@ namespace aberfit::internal {
 inline void require_analytic_normals(const Study& study) {
   if (study.trace.central_difference_step)
     throw InputError(study.path, "/trace/normals", "central differences in a fit",
-                     "\"analytic\" normals; `verify` and `trace` take central differences");
+                     "\"analytic\" normals; only `verify` and `trace` allow central differences");
 }
 
 }  // namespace aberfit::internal

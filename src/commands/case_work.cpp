@@ -101,7 +101,7 @@ CaseOutcome trace_case(const Study& study, const std::function<bool()>& interrup
 CaseOutcome fit_case(const Study& study, const std::function<bool()>& interrupted) {
   const RunOptions options = one_thread(interrupted);
   const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
-  if (result.interrupted) throw Interrupted("stopped in the middle of a fit");
+  if (result.interrupted) throw Interrupted("stopped during a fit");
   if (result.fitted.fit.status == FitStatus::kFailed) throw ComputationError("the fit failed");
   CaseOutcome outcome;
   const Eigen::VectorXd& achieved =

@@ -182,7 +182,7 @@ std::string keys_below(const Places& places, const Place* of, int width) {
   const auto close = [&] {
     if (rows.empty()) return;
     const std::string with = kind.empty() ? "" : " of \"" + kind + "\"";
-    text += fmt::format("\nkeys{} (* has to be there)\n", with) + table(rows, width);
+    text += fmt::format("\nkeys{} (* is required)\n", with) + table(rows, width);
     rows.clear();
   };
   for (const Place& place : places.all) {
@@ -205,7 +205,7 @@ std::string explained(const Place& place, int width) {
     if (!text.empty()) rows.emplace_back(name, text);
   };
   row("meaning", said.meaning);
-  row("type", type_of(node) + (place.required ? "; has to be there" : ""));
+  row("type", type_of(node) + (place.required ? "; required" : ""));
   row("units", said.units.empty() || said.units.ends_with("without quotes")
                    ? said.units
                    : said.units + "; a plain number is in SI units");
@@ -226,7 +226,7 @@ std::string keys_of_kind(const Places& places, const std::string& kind, int widt
           (place.required ? "* " : "  ") + name_of(place), row_of(place));
   std::string text;
   for (const auto& [path, keys] : rows)
-    text += fmt::format("{}keys of {} \"{}\" (* has to be there)\n", text.empty() ? "" : "\n", path, kind) +
+    text += fmt::format("{}keys of {} \"{}\" (* is required)\n", text.empty() ? "" : "\n", path, kind) +
             table(keys, width);
   return text;
 }
@@ -248,7 +248,7 @@ std::string keys_of_kind(const Places& places, const std::string& kind, int widt
   if (near.size() > kMost) near.resize(kMost);
   throw InputError("command line", "", fmt::format("the key \"{}\"", key),
                    near.empty() ? "a key such as roughness/psd; `aberfit schema study` lists the blocks"
-                                : fmt::format("keys of the study; near ones: {}", fmt::join(near, ", ")));
+                                : fmt::format("keys of the study; similar ones: {}", fmt::join(near, ", ")));
 }
 
 }  // namespace

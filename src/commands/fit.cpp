@@ -44,7 +44,7 @@ bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
 // The whole of it once more by waves; what rays gave is kept where that is cut short.
 Attempt fit_by_waves(const Study& study, const RunContext& context, Attempt by_rays,
                      std::unique_ptr<Run>* run) {
-  context.say("rays are not enough: waves");
+  context.say("rays are not enough; repeating with waves");
   auto waves = std::make_unique<Run>(study, PhysicsRequest{study.target.theory, FocusModel::kWaves}, context);
   try {
     Attempt attempt = fit_as_asked(waves->of);
@@ -62,7 +62,7 @@ void note_interruption(const RunOptions& options, FitOutcome* result) {
   result->stopped_by = options.stopped_by ? options.stopped_by() : "a signal";
   result->warnings.push_back(
       {"interrupted",
-       "stopped by " + result->stopped_by + ": this is the best so far, not what the whole run would give"});
+       "stopped by " + result->stopped_by + "; this is the best result so far, not that of a complete run"});
 }
 
 ResultDocument document(const Study& study, FitOutcome outcome, const RunOptions& options) {

@@ -55,8 +55,8 @@ void write_fit_arrays(const Study& study, const Groundwork& ground, ArrayFormat 
   if (result->map.fit && !result->has_roughness && result->scene.model == "waves" && of_rays) {
     result->warnings.push_back(
         {"arrays-left-out",
-         "rays are no model of the light of these terms; the picture map_light has it by "
-         "waves, and a `roughness` block gives arrays"});
+         "rays do not describe the PSF of these terms, so no arrays are written. The picture map_light shows "
+         "it by waves; with a `roughness` block there are arrays"});
     return;
   }
   const int threads = result->provenance.threads;
@@ -73,7 +73,7 @@ void write_exports(const Study& study, const std::string& folder, ResultDocument
   if (result->map.fit && result->fitted.fit.status != FitStatus::kConverged &&
       !study.output.exports.empty()) {
     result->warnings.push_back(
-        {"export-left-out", "the points of the map do not determine the terms; nothing is exported"});
+        {"export-left-out", "the points of the map do not determine the terms, so nothing is exported"});
     return;
   }
   for (const ExportFormat format : study.output.exports) {

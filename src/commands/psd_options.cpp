@@ -42,12 +42,12 @@ ordered_json aperture_object(const std::string& text) {
     if (equals != std::string_view::npos) {
       key = trimmed(piece.substr(0, equals));
       if (kShort.contains(key)) key = kShort.at(key);
-      if (object.contains(key)) refuse("every key once, \"" + key + "\" is there twice");
+      if (object.contains(key)) refuse("every key once; \"" + key + "\" is given twice");
     }
     // A comma of a number, 1,5mm, would begin a second value.
     if (key.empty() || (equals == std::string_view::npos && key != "centre"))
       refuse(
-          "SHAPE:key=value,..., e.g. \"circle:diameter=95%\", with a point in numbers; only centre has two "
+          "SHAPE:key=value,..., e.g. \"circle:diameter=95%\", with decimal points; only centre has two "
           "values");
     const ordered_json value = option_value(
         std::string(trimmed(equals == std::string_view::npos ? piece : piece.substr(equals + 1))));

@@ -89,27 +89,29 @@ std::string beside(const std::string& path) { return std::filesystem::path(path)
   switch (file.kind) {
     case FileKind::kMeasurement:
       throw InputError(
-          path, "", fmt::format("a measured file (format {}), no study", file.word),
-          fmt::format("`aberfit psd {}`, which measures its roughness; or a study (JSON) that names "
-                      "it: a psd of \"model\": \"measured\", or target.map of a height map",
+          path, "", fmt::format("a measured file (format {}), not a study", file.word),
+          fmt::format("`aberfit psd {}`, which estimates its PSD; or a study (JSON) that names it, as a psd "
+                      "of \"model\": \"measured\" or (for a height map) as target.map",
                       path));
     case FileKind::kCoefficients:
       throw InputError(
           path, "",
-          "coefficients of a surface, no " + std::string(command == "psd" ? "measurement" : "study"),
+          "coefficients of a surface, not a " + std::string(command == "psd" ? "measurement" : "study"),
           fmt::format("`aberfit trace STUDY --coefficients {}`, with the study that they belong to", path));
     case FileKind::kPsdTable:
       throw InputError(
-          path, "", "a table of a PSD, no " + std::string(command == "psd" ? "measurement" : "study"),
+          path, "", "a table of a PSD, not a " + std::string(command == "psd" ? "measurement" : "study"),
           fmt::format("a study whose roughness is {{\"psd\": {{\"model\": \"table\", \"file\": \"{}\"}}}}",
                       name));
     case FileKind::kResult:
-      throw InputError(path, "", fmt::format("a result of kind {}, no study", file.word),
-                       file.has_study ? "a study: its block \"study\" is the one that it belongs to"
-                                      : "a study; its block \"roughness\" may be pasted into one");
+      throw InputError(path, "", fmt::format("a result of kind {}, not a study", file.word),
+                       file.has_study
+                           ? "a study; the block \"study\" of this result is one"
+                           : "a study; the block \"roughness\" of this result can be pasted into one");
     case FileKind::kRoughnessBlock:
-      throw InputError(path, "", "a block of roughness, no whole study",
-                       "a study that has it as \"roughness\", beside \"mirror\", \"aperture\" and \"light\"");
+      throw InputError(
+          path, "", "a block of roughness, not a whole study",
+          "a study that contains it as \"roughness\", with \"mirror\", \"aperture\" and \"light\"");
     case FileKind::kEmpty:
       throw InputError(path, "", "an empty file",
                        command == "psd" ? "a measured file" : "a study file (JSON), see `aberfit schema`");
@@ -117,7 +119,7 @@ std::string beside(const std::string& path) { return std::filesystem::path(path)
     case FileKind::kUnknown:
       break;
   }
-  throw InputError(path, "", "a study", fmt::format("another file than a study for `aberfit {}`", command));
+  throw InputError(path, "", "a study", fmt::format("a file other than a study for `aberfit {}`", command));
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ void write_answer(const Answer& answer, const Study& study, const RunOptions& op
 void require_light_of_path(const Study& study) {
   const Theory theory = theory_of_targets(study, RadialPsd(*study.psd));
   if (theory != Theory::kGhs)
-    throw FieldError("target.theory", to_string(theory), "\"auto\" or \"ghs\" beside solve.with");
+    throw FieldError("target.theory", to_string(theory), "\"auto\" or \"ghs\" with solve.with");
 }
 
 // The part of a sum that a number belongs to: its name, or "part 2"; parts of parts one after the other.
@@ -79,7 +79,7 @@ std::string part_of(const Study& study, const std::string& pointer) {
 std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
   if (!study.psd)
     throw InputError(study.path, "/roughness", kMissing,
-                     "`aberfit solve` needs a roughness block: its numbers are solved for");
+                     "`aberfit solve` needs a roughness block with the numbers to solve for");
   const std::vector<PsdNumber> numbers = psd_numbers(study);
   std::vector<std::string> known;
   for (const PsdNumber& number : numbers) known.push_back(number.pointer);
@@ -89,10 +89,10 @@ std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
     const auto at = std::find(known.begin(), known.end(), pointer);
     if (at == known.end())
       throw InputError(study.path, fmt::format("/solve/for/{}", k), '"' + pointer + '"',
-                       known.empty() ? "a roughness with numbers: the model that `aberfit psd` has found, "
-                                       "instead of \"measured\""
-                                     : fmt::format("a number of the roughness that the study has: {}",
-                                                   fmt::join(known, ", ")));
+                       known.empty()
+                           ? "a roughness with numbers, such as the model that `aberfit psd` finds, instead "
+                             "of \"measured\""
+                           : fmt::format("a number of the study's roughness: {}", fmt::join(known, ", ")));
     const PsdNumber& number = numbers[std::size_t(at - known.begin())];
     unknowns.push_back({number.pointer, number.value, number.dimension, part_of(study, number.pointer)});
   }
@@ -105,11 +105,11 @@ Specification run_solve(const Study& given, const RunOptions& options) {
   if (study.solve->budgets.empty())
     throw InputError(
         study.path, "/solve/so_that", kMissing,
-        "the command needs budgets that have to hold; a measured focus is for `aberfit solve` alone");
+        "the command needs budgets that have to hold; a measured focus works only with `aberfit solve`");
   if (study.solve->unknowns.empty())
     throw InputError(
         study.path, "/solve/for", kMissing,
-        "the command needs one or two numbers of the roughness; ceilings are for `aberfit solve` alone");
+        "the command needs one or two numbers of the roughness; ceilings work only with `aberfit solve`");
   const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
   ResultFolder folder(options.output_directory,
                       claim_of("solve", options, {"contour.csv"}, wanted_pictures(options, &study),

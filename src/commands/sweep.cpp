@@ -43,7 +43,7 @@ class SweepProgress {
     if (!show_ || now - shown_ < std::chrono::milliseconds(250)) return;
     shown_ = now;
     const std::string known =
-        known_ > 0 ? fmt::format("; {} known from before", grouped(double(known_))) : "";
+        known_ > 0 ? fmt::format("; {} known from earlier runs", grouped(double(known_))) : "";
     show_(progress_text(handed_out, left_, 0, std::chrono::duration<double>(now - begin_).count()) + known);
   }
 
@@ -74,8 +74,7 @@ struct Sweep {
     if (damaged > 0)
       warnings.push_back(
           {"damaged-records",
-           fmt::format("{} lines below {} are no records and were passed over; their cases are "
-                       "run again",
+           fmt::format("{} lines in files of {} are not records and were ignored; their cases are run again",
                        damaged, folder)});
   }
 };
@@ -131,7 +130,7 @@ ResultClaim claim_of_sweep(const Study& study, const RunOptions& options) {
 void require_own_folder(const Sweep& sweep, const RunOptions& options) {
   ResultFolder::look(options.output_directory, claim_of_sweep(sweep.cases.study(), options));
   if (const std::string file = foreign_journal(sweep.folder); !file.empty())
-    throw InputError(file, "", "no records of a sweep", "another folder with --output");
+    throw InputError(file, "", "a folder without records of a sweep", "another folder with --output");
 }
 
 SweepReport gather(Sweep* sweep, const RunOptions& options) {

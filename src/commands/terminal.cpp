@@ -67,7 +67,7 @@ void print(const CommandLine& line, const std::function<nlohmann::ordered_json()
   // Flushed before anything goes to standard error, which may be the same file; a full disk is no success.
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw InputError("standard output", "", fmt::format("a failing write ({})", std::strerror(errno)),
-                     "a place that can be written to");
+                     "a file or device that can be written to");
 }
 
 void say_where(const CommandLine& line) {

@@ -214,13 +214,12 @@ class Evaluator {
     const auto result = exact_ring_width(in_.rays, shared_.sums, shared_.ring_of(index_, s), shared_.threads,
                                          &shared_.buffers.rings[index_]);
     if (!result) {
-      *warning_ = {
-          "ring-fwhm-missing",
-          "the share of light inside the ring does not fall to half its maximum on both sides of focus"};
+      *warning_ = {"ring-fwhm-missing",
+                   "the energy inside the ring does not fall to half its maximum on both sides of focus"};
       return std::nan("");
     }
     if (result->crossings > 2)
-      *warning_ = {"ring-fwhm-crossings", "the ring-through profile crosses half its maximum " +
+      *warning_ = {"ring-fwhm-crossings", "the energy through the ring crosses half its maximum " +
                                               std::to_string(result->crossings) +
                                               " times; the width is that of the main peak"};
     return result->fwhm;
@@ -241,8 +240,8 @@ class Evaluator {
   void warn_of_bandwidth(double bandwidth) const {
     const double spread = operator()(RmsRadius{0});
     *warning_ = {"spot-fwhm-missing",
-                 fmt::format("the `bandwidth` of spot_fwhm is {}, narrower than 1/{} of the light, whose RMS "
-                             "radius is {}, and single rays are all the peaks there are; {} is wide enough",
+                 fmt::format("the `bandwidth` of spot_fwhm is {}, narrower than 1/{} of the spot's RMS "
+                             "radius {}, so single rays appear as peaks; {} is wide enough",
                              format_quantity(bandwidth, Dimension::kLength), kNarrowestLine,
                              format_quantity(spread, Dimension::kLength),
                              format_quantity(spread / kNarrowestLine, Dimension::kLength))};
@@ -268,7 +267,7 @@ Eigen::VectorXd evaluate_exact(const FocusInput& input, const std::vector<Statis
   FocusWorkspace workspace;
   Shared shared{input, sum_rays(input.rays, threads), {}, 0.0, threads, workspace.buffers()};
   if (!(shared.sums.weight > 0)) {
-    if (warnings) warnings->push_back({"no-light", "every ray is lost: no focal statistic exists"});
+    if (warnings) warnings->push_back({"no-light", "every ray is lost, so no focal statistic exists"});
     return values;
   }
   prepare(statistics, nullptr, &shared);

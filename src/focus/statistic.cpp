@@ -67,7 +67,7 @@ const Row& row_of(const std::string& key) {
   const bool percent = key.size() > 2 && key.starts_with("ee") && key[2] >= '0' && key[2] <= '9';
   for (const Row& row : kRows)
     if (row.option.form == StudyOption::kPercent ? percent : key == row.kind.key) return row;
-  throw std::invalid_argument("no statistic is called \"" + key + '"');
+  throw std::invalid_argument("there is no statistic \"" + key + '"');
 }
 
 const std::pair<const char*, Dimension> kSuffixes[] = {{"_m", Dimension::kLength},

@@ -22,8 +22,8 @@ std::optional<Warning> undersampled(const TermSet& terms, double pitch) {
   constexpr double kRounding = 1e-9;  // relative, for a pitch from a difference of positions
   if (2 * highest * pitch < 1 - kRounding) return std::nullopt;
   return Warning{"terms-undersampled",
-                 fmt::format("terms of up to {} on points {} apart: no more than two a cycle, so that light "
-                             "lands in the wrong place; take points {} apart or less, or fewer terms",
+                 fmt::format("terms of up to {} have at most two points per cycle on points {} apart, so "
+                             "energy lands in the wrong place; take points {} apart or less, or fewer terms",
                              format_quantity(highest, Dimension::kSpatialFrequency),
                              format_quantity(pitch, Dimension::kLength),
                              format_quantity(1 / (3 * highest), Dimension::kLength))};
@@ -128,8 +128,8 @@ Eigen::VectorXd RayForward::exact(Warnings* warnings) {
 }
 
 std::string RayForward::trouble() const {
-  return "a focal statistic has no derivative (all rays on one point, or a kernel wider than "
-         "the spot): start from a draw instead of the perfect mirror";
+  return "a focal statistic has no derivative (all rays meet in one point, or the kernel is wider than the "
+         "spot); start from a realisation instead of the perfect mirror";
 }
 
 }  // namespace aberfit::internal

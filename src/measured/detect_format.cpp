@@ -210,8 +210,7 @@ MeasuredFormat detect_format(const std::string& path) {
     if (const MeasuredFormat format = format_of_magic(*head); format != MeasuredFormat::kAuto)
       return format == MeasuredFormat::kDatx && is_4d_hdf5(path) ? MeasuredFormat::kFourD : format;
   if (is_dabam(path, head)) return MeasuredFormat::kDabam;
-  if (!head)
-    throw InputError(path, "", "a file that cannot be opened", "the name of a file that can be read");
+  if (!head) throw InputError(path, "", "a file that cannot be opened", "the name of a readable file");
   const bool cut = head->size() == kHead;
   head = plain_text(*head);
   if (head->find('\0') != std::string::npos) return MeasuredFormat::kAuto;

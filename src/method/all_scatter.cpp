@@ -80,7 +80,7 @@ class DrawnMirrors {
     Eigen::MatrixXd values(Eigen::Index(moments.size()), surfaces);
     for (std::size_t j = 0; j < place.size(); ++j)
       values.row(Eigen::Index(j)).head(known) = values_.row(place[j]);
-    of_.context.say(fmt::format("heights and slopes of {} draws", surfaces));
+    of_.context.say(fmt::format("heights and slopes of {} realisations", surfaces));
     const LightPath path = bench_->focus(of_.task);
     const auto model = make_forward_model(path, moments, of_.context.threads);
     int drawn = known;
@@ -100,7 +100,7 @@ class DrawnMirrors {
     int d = int(values_.cols());
     values_.conservativeResize(Eigen::Index(statistics_.size()), std::max(count, d));
     for (; d < count; ++d) {
-      of_.context.say(fmt::format("draw {} of {}", d + 1, count));
+      of_.context.say(fmt::format("realisation {} of {}", d + 1, count));
       LightPath path = bench_->focus(of_.task);
       path.workspace = &workspace_;
       values_.col(d) = focus_statistics(path, coefficients(d), statistics_, of_.context.threads,
@@ -166,7 +166,7 @@ Attempt judge_all_scatter(const FitCase& of) {
       of.ground.split);
   result.fitted.rays = attempt.bench->pupil.size();
   result.fitted.fit.status = FitStatus::kConverged;
-  result.fitted.fit.message = "nothing to fit: no frequency needs a term";
+  result.fitted.fit.message = "there is nothing to fit, because no frequency needs a term";
   attempt.mismatch = 0;
   const JudgedSet fitted(of.targets.fitted, {});
   const Eigen::VectorXd own =

@@ -50,9 +50,9 @@ double pitch_for_light(const Task& task, double radius, const PlanesSeen& planes
 std::string what_asks_for(double radius, const PlanesSeen& planes) {
   const std::string out =
       fmt::format("planes up to {} out of focus", format_quantity(planes.reach(), Dimension::kLength));
-  if (radius == 0) return out + " ask for it";
-  return fmt::format("light {} from the axis, in {}, asks for it",
-                     format_quantity(radius, Dimension::kLength), out);
+  if (radius == 0) return out + " need it";
+  return fmt::format("energy {} from the axis, in {}, needs it", format_quantity(radius, Dimension::kLength),
+                     out);
 }
 
 }  // namespace
@@ -86,9 +86,10 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   const double cells = 2 * aperture_radius(task.aperture) / pitch;
   if (!(cells <= kMostCells))
     throw ComputationError(fmt::format(
-        "waves would need a grid of {:.0f} cells across the aperture, more than {}: {}", cells, kMostCells,
+        "wave optics would need a grid of {:.0f} points across the aperture, more than {}: {}", cells,
+        kMostCells,
         for_terms < for_light
-            ? fmt::format("terms of up to {:.4g} cycles/m ask for it; take fewer", highest)
+            ? fmt::format("terms of up to {:.4g} cycles/m need it; take fewer", highest)
             : what_asks_for(radius, planes) +
                   "; take smaller fractions, rings or planes, or `\"model\": \"rays\"` in `trace`"));
   return pitch;

@@ -122,16 +122,17 @@ Columns by_plane(const FocusArrays& arrays, const Eigen::ArrayXd& along, const s
 }
 
 Files csv_files(const FocusArrays& arrays) {
-  Files files = {{"arrays/encircled_energy.csv",
-                  columns_csv("share of the light within the radius, planes dz from z = f",
-                              by_plane(arrays, arrays.radius, "", &LightArrays::encircled_energy))},
-                 {"arrays/ring_profile.csv",
-                  columns_csv("mean irradiance of rings, share of the light per m^2, at the middle of each",
-                              by_plane(arrays, ring_radius(arrays), "_per_m2", &LightArrays::ring_profile))}};
+  Files files = {
+      {"arrays/encircled_energy.csv",
+       columns_csv("fraction of the energy within the radius, in planes dz from z = f",
+                   by_plane(arrays, arrays.radius, "", &LightArrays::encircled_energy))},
+      {"arrays/ring_profile.csv",
+       columns_csv("mean irradiance of rings, as fraction of the energy per m^2, at the middle of each",
+                   by_plane(arrays, ring_radius(arrays), "_per_m2", &LightArrays::ring_profile))}};
   for_each_light(arrays, [&](const std::string& whose, const LightArrays& light) {
     files.emplace_back(
         "arrays/psf_" + whose + ".csv",
-        image_csv("mean irradiance of pixels at z = f, share of the light per m^2, of the " + whose,
+        image_csv("mean irradiance of pixels at z = f, as fraction of the energy per m^2, of the " + whose,
                   "centres [m]", arrays.pixel, light.psf));
   });
   Columns mtf = {{"frequency_per_m", arrays.frequency}};
@@ -184,8 +185,8 @@ FitsImageUnit psf_unit(const FocusArrays& arrays, const std::string& whose, cons
   const double arcsec = pixel / arrays.focal_length * kArcsecPerRadian;
   const Eigen::Index count = arrays.pixel.size();
   FitsImageUnit image{"", light.psf, scene_cards(arrays, whose)};
-  image.cards.push_back({"BUNIT", std::string("m-2"), "share of the light per area"});
-  image.cards.push_back({"PIXAREA", pixel * pixel, "[m2] sum(image) PIXAREA: light inside"});
+  image.cards.push_back({"BUNIT", std::string("m-2"), "fraction of energy per area"});
+  image.cards.push_back({"PIXAREA", pixel * pixel, "[m2] sum(image) PIXAREA: energy inside"});
   image.cards.push_back({"PIXELSCL", arcsec, "[arcsec] per pixel, on the sky"});
   image.cards.push_back({"PIXUNIT", std::string("arcsecond"), "of PIXELSCL"});
   image.cards.push_back({"FOV", arcsec * double(count), "[arcsec] of the whole image"});

@@ -44,21 +44,22 @@ std::string said_by(const ChartFamily& family, const ChartRow* today, const Char
   if (!cheapest) {
     const ChartRow* best = best_of(family);
     return best && best->error_of_reference > family.tolerance
-               ? "The reference is not known to the tolerance; more --seconds help."
+               ? "The reference is less exact than the tolerance; a larger --seconds helps."
                : "No setting that was measured meets the tolerance.";
   }
   if (cheapest == today) return "Nothing cheaper meets the tolerance.";
   if (!today) return "";
   return today->error <= family.tolerance
-             ? fmt::format("Today's setting costs {:.3g} times as much.", today->seconds / cheapest->seconds)
-             : "Today's setting does not meet the tolerance.";
+             ? fmt::format("The study's setting takes {:.3g} times as long as the cheapest.",
+                           today->seconds / cheapest->seconds)
+             : "The study's setting does not meet the tolerance.";
 }
 
 void add_family(Page* page, const ChartFamily& family) {
   if (family.rows.empty()) return page->say("", family.title + ": " + family.skipped);
   const ChartRow* today = find(family, &ChartRow::is_default);
   const ChartRow* cheapest = find(family, &ChartRow::is_cheapest_within_tolerance);
-  Page::Table table{fmt::format("{}: {}; against {} ({}); time of {}", family.title, family.error_of,
+  Page::Table table{fmt::format("{}: {}; tolerance {} ({}); time of {}", family.title, family.error_of,
                                 error_text(family.tolerance), family.tolerance_of, family.timed),
                     {"", "setting", "error", "time"},
                     "llrr"};
@@ -110,9 +111,9 @@ Page page_of(const Chart& chart) {
   page.say("Machine", fmt::format("{}, kernels for {}; {:.1f} s of {:.3g} s", plural(chart.threads, "thread"),
                                   chart.instruction_set, chart.seconds, chart.budget_seconds));
   page.answers.push_back({"How certain",
-                          "Times are medians on this machine; errors are those of the family, against a "
-                          "reference whose own error each row gives."});
-  page.answers.push_back({"What it rests on", "The study's own scene: another scene has another chart."});
+                          "Times are medians on this machine. Each error is that against the family's "
+                          "reference; each row gives the reference's own error."});
+  page.answers.push_back({"What it rests on", "It holds for this scene; another scene has another chart."});
   page.answers.push_back(
       {"What would change it", "A larger --seconds gives finer references and more settings."});
   for (const ChartFamily& family : chart.families) add_family(&page, family);

@@ -67,7 +67,7 @@ Row row_of(const internal::ListingLines& file) {
     if (comma == std::string_view::npos) break;
     begin = comma + 1;
   }
-  if (count + 1 != cell.size()) file.fail(text, "8 cells: " + std::string(kColumnNames));
+  if (count + 1 != cell.size()) file.fail(text, "8 columns: " + std::string(kColumnNames));
 
   Row row;
   row.line = int(file.line());
@@ -258,7 +258,8 @@ Eigen::VectorXd read_coefficients_csv(const std::string& path, TermSet* terms) {
                     ? "segments of the study's aperture, with its `piston` and `tip_tilt`"
                     : "terms of the study's set");
     int& line = line_of[std::size_t(*place)];
-    if (line != 0) fail(row, "each term once; this one stands on line " + std::to_string(line) + " already");
+    if (line != 0)
+      fail(row, "each term once; this one is already on line " + std::to_string(line) + " already");
     line = row.line;
     coefficients[*place] = row.value;
   }

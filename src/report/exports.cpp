@@ -32,9 +32,9 @@ void check(const ExportInput& input) {
         fmt::format("export: {} grid points per side; at least {}", input.grid_size, kLeastGrid));
   if (input.coefficients.size() != input.terms.size())
     throw std::invalid_argument(
-        fmt::format("export: {} coefficients of {} terms", input.coefficients.size(), input.terms.size()));
+        fmt::format("export: {} coefficients for {} terms", input.coefficients.size(), input.terms.size()));
   if (!input.coefficients.allFinite())
-    throw std::invalid_argument("export: a coefficient that is not a finite number");
+    throw std::invalid_argument("export: a coefficient is not a finite number");
 }
 
 struct Square {
@@ -170,8 +170,8 @@ std::vector<ZernikeCoefficient> as_zernikes(const ExportInput& input, const std:
     throw std::invalid_argument(format + ": " + what +
                                 "; export zemax-grid-sag, codev-int, fits-opd or csv instead");
   };
-  if (!input.terms.fourier.empty()) refuse("Fourier terms are no finite sum of Zernikes");
-  if (input.terms.of_a_segment() > 0) refuse("segments that stand apart are no sum of Zernikes");
+  if (!input.terms.fourier.empty()) refuse("Fourier terms are not a finite sum of Zernikes");
+  if (input.terms.of_a_segment() > 0) refuse("segments with errors of their own are not a sum of Zernikes");
   if (!(input.terms.radius > 0))
     throw std::invalid_argument(format + ": the terms have no normalization radius");
   std::vector<ZernikeCoefficient> result;

@@ -173,10 +173,10 @@ template <typename Part>
 void describe_document(Facts& facts, const std::string& kind, const Json& study, const std::string& headline,
                        const Part& part, const std::optional<Provenance>& provenance) {
   describe_head(facts, kind);
-  facts("study", study, "The study with every default filled in, itself a valid study.");
+  facts("study", study, "The study with every default filled in; it is itself a valid study.");
   facts.where(!headline.empty(), "headline", headline, "The answer in a sentence.");
   describe(facts, part);
-  facts.if_any("provenance", provenance, "What made this result.");
+  facts.if_any("provenance", provenance, "Program, inputs and seed that this result was made with.");
 }
 
 /// JSON of `part`, or the schema of its kind of part.

@@ -200,10 +200,9 @@ std::vector<DrawnPicture> draw(const std::vector<Picture>& pictures, const std::
   }
   if (!problem.empty() && warnings)
     warnings->push_back(
-        {"no-gnuplot", problem +
-                           ", so pictures are missing. Their data and scripts are in the folder plots of "
-                           "the results: install gnuplot with the terminals png, svg and pdf (Debian: "
-                           "gnuplot-nox), run `gnuplot NAME.gp` there."});
+        {"no-gnuplot", problem + ", so pictures are missing. Their data and scripts are in the folder "
+                                 "`plots` of the results. Install gnuplot with the terminals png, svg and "
+                                 "pdf (Debian: gnuplot-nox) and run `gnuplot NAME.gp` there."});
   return drawn;
 }
 

@@ -129,13 +129,13 @@ Picture ee_curves_picture(const FitPictures& fit) {
   }
   Picture picture("ee_curves", fit.result.title);
   picture.add_columns("ee_curves.dat",
-                      {"Encircled energy: fraction of the light within a radius of the centre at z = f",
+                      {"Encircled energy: fraction of the energy within a radius of the centre at z = f",
                        "columns: radius_m ideal target fitted standard_error_of_target (nan: no target)"},
                       {radii, fit.ideal.encircled_energy(radii), target, fitted, error});
   if (asked_radius.size() > 0)
     picture.add_columns(
         "ee_targets.dat",
-        {"Encircled-energy radii the fit was asked for at z = f", "columns: radius_m fraction"},
+        {"Encircled-energy radii that are targets of the fit at z = f", "columns: radius_m fraction"},
         {asked_radius, asked_fraction});
   picture.set("last", last);
   picture.set("r", length_unit(last));
@@ -229,7 +229,7 @@ Picture ring_through_picture(const FitPictures& fit) {
   Picture picture("ring_through", fit.result.title);
   picture.add_columns(
       "ring_through.dat",
-      {fmt::format("Fraction of the light inside a ring of radius {:.9g} m, centred on the focus", ring),
+      {fmt::format("Fraction of the energy inside a ring of radius {:.9g} m, centred on the focus", ring),
        "columns: plane_dz_m (offset from z = f) ideal target fitted (nan: no target)"},
       columns);
   set_curves(all, "label", labels, &picture);
@@ -256,7 +256,7 @@ void add_image(const Branch& branch, const std::string& file, double dz, double 
   const double pixel = 2 * half / kPixels;
   picture->add_matrix(
       file,
-      {fmt::format("Fraction of the light per pixel, {} at dz = {:.9g} m from z = f", branch.label, dz),
+      {fmt::format("Fraction of the energy per pixel, {} at dz = {:.9g} m from z = f", branch.label, dz),
        fmt::format(
            "{0} x {0} pixels of {1:.9g} m; rows from -y to +y, columns from -x to +x; the first pixel is "
            "centred on {2:.9g} m in x and y",

@@ -37,8 +37,8 @@ Picture map_heights_picture(const FitPictures& fit) {
     picture.add_matrix(
         fmt::format("map_heights_{}.dat", key),
         {fmt::format(
-             "Height [m] of the surface, {}, positive towards the light, piston and tilt of the mount "
-             "off; nan where nothing was measured; RMS {:.6g}, peak to valley {:.6g} of all points",
+             "Height [m] of the surface, {}, positive towards the incoming light, without piston and tilt of "
+             "the mount; nan where nothing was measured; RMS {:.6g}, peak to valley {:.6g} of all points",
              label, panel->rms, panel->peak_to_valley),
          fmt::format("rows from -y to +y, columns from -x to +x, every {} of the map's points; the first at "
                      "{:.9g}, {:.9g} m",
@@ -88,8 +88,8 @@ Picture map_light_picture(const FitPictures& fit) {
   }
   picture.add_columns(
       "map_light.dat",
-      {"Encircled energy: fraction of the light within a radius of the nominal focus, at z = f",
-       "columns: radius_m measured terms terms_and_residual_psd perfect (nan: no light)"},
+      {"Encircled energy: fraction of the energy within a radius of the nominal focus, at z = f",
+       "columns: radius_m measured terms terms_and_residual_psd perfect (nan: no PSF)"},
       columns);
   picture.set("height", images ? 1080 : 620);
   picture.set("images", int(images));

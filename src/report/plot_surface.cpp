@@ -142,7 +142,7 @@ Picture gradients_picture(const FitPictures& fit) {
   const PictureColumns dots = slope_dots(field);
   Picture picture("gradients", fit.result.title);
   picture.add_columns("gradients.dat",
-                      {"Density of the fitted surface's slopes over the aperture [1/rad], weighted by light",
+                      {"Density of the fitted surface's slopes over the aperture [1/rad], weighted by energy",
                        "columns: slope_rad density_dh_dx density_dh_dy"},
                       {centre, weighted_density(field.slope_x, weight, -reach, reach, kBins),
                        weighted_density(field.slope_y, weight, -reach, reach, kBins)});

@@ -180,7 +180,7 @@ Picture curve_picture(const SweepReport& report, const SweptAxis& x, const Swept
   }
   std::vector<SweptLine> lines = lines_of(report, x.place);
   const bool together = lines.empty();  // too many
-  if (together) lines = {{"median of all else that varies", all_rows(report)}};
+  if (together) lines = {{"median over the other values", all_rows(report)}};
   const bool bands = together || (report.has_seeds && lines.size() <= kMostLinesWithBands);
   std::vector<PictureColumns> curves;
   std::vector<std::string> labels;
@@ -188,10 +188,10 @@ Picture curve_picture(const SweepReport& report, const SweptAxis& x, const Swept
     curves.push_back(quantile_curve(grouped_values(line.rows, x, statistic)));
     labels.push_back(line.name.empty() && report.has_seeds ? "median" : line.name);
   }
-  picture.add_blocks(
-      picture.name + ".dat",
-      {x.label + ", then of " + statistic.label() + ": median, quantiles 5, 25, 75, 95 %; a block a line"},
-      curves);
+  picture.add_blocks(picture.name + ".dat",
+                     {x.label + ", then of " + statistic.label() +
+                      ": median, quantiles 5, 25, 75, 95 %; one block per line"},
+                     curves);
   picture.set("lines", int(lines.size()));
   picture.set("bands", bands ? int(lines.size()) : 0);
   picture.set("label", labels);
@@ -242,7 +242,7 @@ Picture plane_picture(const SweepReport& report, const SweptAxis& x, const Swept
   const bool medians = report.axes.size() > 2 && report.is_grid;
   Picture picture(kind + "_" + statistic.file, report.title, "sweep_" + kind);
   picture.title = statistic.name + " over " + x.label + " and " + y.label;
-  picture.set("statistic", statistic.name + (medians ? ", median of all else" : ""));
+  picture.set("statistic", statistic.name + (medians ? ", median over the other values" : ""));
   picture.set("value_label", statistic.label());
   x.set("x", &picture);
   y.set("y", &picture);
@@ -278,7 +278,7 @@ Picture map_picture(const SweepReport& report, const SweptAxis& x, const SweptAx
   PictureColumns arrays;
   for (const std::vector<double>& column : columns) arrays.push_back(array_of(column));
   picture.add_columns(picture.name + ".dat",
-                      {x.label + ", " + y.label + ", ends of the cell in both, " + statistic.label()},
+                      {x.label + ", " + y.label + ", ends of the cell along both, " + statistic.label()},
                       arrays);
   picture.set("cells", int(report.is_grid));
   picture.set("value_axis",

@@ -143,11 +143,10 @@ Picture deflections_picture(const Scene& s) {
     of_panels.add(angle_unit(0.75 * p.high), p.sigma);
     low.push_back(p.low), high.push_back(p.high);
   }
-  picture.add_blocks(
-      "deflections.dat",
-      {"Deflections of the rays along x, y and z and their magnitude, a block each: middle of the bin "
-       "[rad], density of Harvey-Shack, law, terms [1/rad]"},
-      blocks);
+  picture.add_blocks("deflections.dat",
+                     {"Deflections of the rays along x, y and z and their magnitude, one block each: middle "
+                      "of the bin [rad], density of Harvey-Shack, law, terms [1/rad]"},
+                     blocks);
   of_panels.set("d", "sigma", &picture);
   picture.set("low", low);
   picture.set("high", high);
@@ -176,8 +175,7 @@ Picture ring_picture(const Scene& s) {
   }
   picture.add_blocks(
       "ring_through.dat",
-      {"Fraction of the rays inside a ring of each case, a block each: distance from z = f [m], "
-       "fraction"},
+      {"Fraction of the rays inside a ring of each case, one block each: distance from z = f [m], fraction"},
       blocks);
   along.set("z", "last", &picture);
   picture.set("ring_title", texts);

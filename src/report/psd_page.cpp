@@ -57,7 +57,7 @@ std::string record_text(const PsdEstimate& e) {
   std::string text = fmt::format("RMS height {}, RMS slope {}{} of the detrended surface",
                                  metres_text(e.rms_height), slope_text(e.rms_slope), slopes_of_axes(e));
   if (std::abs(e.rms_slope_as_slopes / e.rms_slope - 1) > kNoticed)
-    text += fmt::format(" ({} with the slopes themselves detrended)", slope_text(e.rms_slope_as_slopes));
+    text += fmt::format(" ({} when the slopes themselves are detrended)", slope_text(e.rms_slope_as_slopes));
   return text;
 }
 
@@ -110,13 +110,12 @@ void add_differences(Page* page, const PsdReport& report) {
     const Eigen::Index n = d.separation.size(), rows = std::min(n, kRows);
     if (n == 0) continue;
     const Eigen::ArrayXd model = model_height_differences(report.fit, report.estimate.kind, d.separation);
-    Page::Table table{
-        fmt::format("{}Structure function D(s) = <(h(x+s) - h(x))^2> of the detrended surface; of the model "
-                    "from {} to {} alone, of the surface all frequencies",
-                    report.differences.size() > 1 ? report.files.at(i) + ": " : "",
-                    frequency(report.fit.f_min), frequency(report.fit.f_max)),
-        {"s", "D", "D of the model", "RMS difference"},
-        "rrrr"};
+    Page::Table table{fmt::format("{}Structure function D(s) = <(h(x+s) - h(x))^2> of the detrended surface; "
+                                  "the model holds only frequencies from {} to {}, the surface all",
+                                  report.differences.size() > 1 ? report.files.at(i) + ": " : "",
+                                  frequency(report.fit.f_min), frequency(report.fit.f_max)),
+                      {"s", "D", "D of the model", "RMS difference"},
+                      "rrrr"};
     for (Eigen::Index row = 0; row < rows; ++row) {
       const Eigen::Index k =
           rows > 1 ? Eigen::Index(std::lround(double(row * (n - 1)) / double(rows - 1))) : 0;
@@ -134,10 +133,9 @@ void add_drawing(Page* page, const DrawingLine& line) {
       fmt::format("B = {:.3f} +- {:.3f} and A = {:.4g} m^(3-B), f in cycles/m, over {} to {}", line.exponent,
                   line.exponent_std, line.amplitude, frequency(line.f_min), frequency(line.f_max));
   if (line.describes) return page->say("Drawing", "profile PSD A/f^B (as ISO 10110-8) with " + numbers);
-  page->say("Drawing",
-            fmt::format("no straight line describes these bins; the nearest profile PSD A/f^B has {}, and "
-                        "{:.2f} times their RMS height",
-                        numbers, line.factor));
+  page->say("Drawing", fmt::format("no straight line describes these bins; the nearest profile PSD A/f^B has "
+                                   "{} and {:.2f} times the RMS height of the bins",
+                                   numbers, line.factor));
 }
 
 void add_lines(Page* page, const PsdEstimate& estimate) {
@@ -164,14 +162,14 @@ Page page_of(const PsdReport& report, const nlohmann::ordered_json& roughness) {
     page.say("Data", report.files.at(i) + ": " + std::visit(Described{}, report.data[i]) +
                          clear_text(report.clear.at(i)));
   page.answers.push_back(
-      {"How certain", fmt::format("{:.4g} % intervals; chance of residuals as large as these: {:.2g}.",
+      {"How certain", fmt::format("Intervals are at {:.4g} %; the p-value of the residuals is {:.2g}.",
                                   100 * report.estimate.options.confidence, report.fit.goodness)});
-  page.answers.push_back(
-      {"What it rests on",
-       "The sample stands for a stationary surface; beyond the band of the fit nothing was measured."});
+  page.answers.push_back({"What it rests on",
+                          "The sample is taken as part of a stationary surface. Beyond the band of the fit "
+                          "nothing was measured."});
   page.answers.push_back(
       {"What would change it",
-       "Another detrending or window moves the lowest bins, another instrument the highest."});
+       "Another detrending or window changes the lowest bins, another instrument the highest."});
   page.say("PSD", estimator_line(report.estimate));
   page.say("Record", record_text(report.estimate));
   add_lines(&page, report.estimate);
@@ -185,7 +183,7 @@ Page page_of(const PsdReport& report, const nlohmann::ordered_json& roughness) {
   add_differences(&page, report);
   add_block(&page, "For a study:", roughness);
   if (std::isfinite(report.as_measured.exponent))
-    add_block(&page, "For this very surface, with the RMS height and slope of its bins:",
+    add_block(&page, "For exactly this surface, with the RMS height and slope of its bins:",
               line_block(report.as_measured));
   if (std::isfinite(report.line.exponent))
     add_block(&page, "The line of the drawing:", line_block(report.line));

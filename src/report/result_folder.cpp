@@ -137,12 +137,12 @@ struct Obstacles {
       parts.push_back(fmt::format("{} of `aberfit {}`", fmt::join(of_other, ", "), other));
     if (!of_nobody.empty())
       parts.push_back(
-          fmt::format("{}, not written by `aberfit {}` or changed since", fmt::join(of_nobody, ", "), own));
+          fmt::format("{} (not written by `aberfit {}`, or changed since)", fmt::join(of_nobody, ", "), own));
     return fmt::format("{}", fmt::join(parts, "; "));
   }
 };
 
-constexpr const char* kWaysOut = "another folder with --output, or --force, which replaces them";
+constexpr const char* kWaysOut = "another folder with --output, or --force to replace them";
 
 // True if the folder can be replaced: it has only plain files of one file system, and only folders of the
 // last run.
@@ -275,7 +275,7 @@ void ResultFolder::lock() {
       ::close(lock_fd_);
       lock_fd_ = -1;
       throw InputError(named_, "", "another run that writes its results there",
-                       "one run at a time: wait for it, or name another folder with --output");
+                       "one run at a time; wait for it, or name another folder with --output");
     }
     struct stat held, named;
     if (::fstat(lock_fd_, &held) == 0 && ::stat(lock_.c_str(), &named) == 0 && held.st_ino == named.st_ino)
@@ -306,7 +306,7 @@ void ResultFolder::put_in_place() {
   if (!found.none() && (!claim_.force || found.has_folder))
     throw InputError(
         named_, "",
-        fmt::format("{}, which came there meanwhile; the results are in {}", found.told(), keep_aside()),
+        fmt::format("{}, which appeared meanwhile; the results are in {}", found.told(), keep_aside()),
         kWaysOut);
   bool exchanged = false;
   if (part_.parent_path() != folder_ && can_be_made_anew(folder_)) {

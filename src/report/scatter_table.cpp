@@ -37,17 +37,18 @@ std::string scene_lines(const ScatterExport& scatter) {
   std::string text = "# aberfit scatter function, version 1\n";
   if (!scatter.title.empty()) text += fmt::format("# {}\n", without_breaks(scatter.title));
   text += fmt::format(
-      "# wavelength_m = {:.9g}, normal incidence; roughness of {}\n"
-      "# rms_height_m = {:.9g}, rms_slope = {:.9g} rad per axis, g = 4 pi rms_height/wavelength = {:.9g}\n"
-      "# tis = 1 - exp(-g^2) = {:.9g}; the specular light, exp(-g^2), is in no column\n",
+      "# wavelength_m = {:.9g}, normal incidence; roughness of {}\n# rms_height_m = {:.9g}, rms_slope = "
+      "{:.9g} rad per axis, g = 4 pi rms_height/wavelength = {:.9g}\n# tis = 1 - exp(-g^2) = {:.9g}; the "
+      "specular energy, exp(-g^2), is not in the columns\n",
       t.wavelength, band_text(t.f_min, t.f_max), t.rms_height, t.rms_slope, t.g, t.tis);
   if (t.cut_share > 0)
-    text += fmt::format("# {:.3g} of the height variance lies above 1/wavelength and does not scatter\n",
-                        t.cut_share);
+    text += fmt::format(
+        "# A fraction {:.3g} of the height variance lies above 1/wavelength and does not scatter\n",
+        t.cut_share);
   if (std::abs(t.renormalisation - 1) > kNotOne)
     text += fmt::format(
         "# All values are multiplied by {:.9g} for orders beyond 90 degrees, so that the integral is tis; "
-        "scalar theory holds while this is close to 1\n",
+        "scalar theory holds if this factor is close to 1\n",
         t.renormalisation);
   return text;
 }
@@ -55,17 +56,17 @@ std::string scene_lines(const ScatterExport& scatter) {
 std::string use_lines(const ScatterExport& scatter) {
   std::string text =
       "# asf_per_sr: scattered light per solid angle at theta from the specular direction; bsdf_per_sr = asf "
-      "/ cos(theta), whose integral with cos(theta) over the hemisphere is tis; tis_within: share of all "
-      "light scattered to within theta. Reflectance 1: multiply by the mirror's.\n";
+      "/ cos(theta), whose integral with cos(theta) over the hemisphere is tis; tis_within: fraction of the "
+      "energy that is scattered to within theta. The reflectance is 1: multiply by that of the mirror.\n";
   if (scatter.has_terms)
     text +=
-        "# Use: the terms as the shape of the surface, this as the scatter of the same surface; together "
-        "they are the mirror. The frequencies of the terms are not in this table. Attaching the scatter of "
-        "the whole PSD to a surface that has the terms counts their energy twice.\n";
+        "# Use: take the terms as the shape of the surface and this as its scatter. Together they describe "
+        "the mirror. The frequencies of the terms are not in this table. Attaching the scatter of the whole "
+        "PSD to a surface that has the terms counts their energy twice.\n";
   else
     text +=
-        "# Use: as the scatter of the nominal surface. All of the roughness is in this table; no terms go "
-        "with it.\n";
+        "# Use: take this as the scatter of the nominal surface. All of the roughness is in this table; "
+        "there are no terms beside it.\n";
   return text;
 }
 
@@ -73,19 +74,19 @@ std::string abg_lines(const AbgFit& fit, double tis) {
   if (!fit.describes()) return fmt::format("# {}\n", no_abg(fit));
   std::string text = fmt::format(
       "# ABg: BSDF = A / (B + |sin theta|^g), A = {:.9g} /sr, B = {:.9g}, g = {:.9g}; fitted from {:.6g} to "
-      "{:.6g} rad, off by at most {:.3g} % and {:.3g} % RMS there\n"
-      "# ABg: light between these angles {:.6g}, of the table {:.6g}; over the hemisphere the model "
-      "integrates to {:.6g}, the table to {:.6g}\n",
+      "{:.6g} rad, where its error is at most {:.3g} % and {:.3g} % RMS\n# ABg: energy fraction between "
+      "these angles {:.6g}, of the table {:.6g}; over the hemisphere the model integrates to {:.6g}, the "
+      "table to {:.6g}\n",
       fit.model.a, fit.model.b, fit.model.g, fit.theta_min, fit.theta_max, 100 * fit.largest_error,
       100 * fit.rms_error, fit.model_in_range, fit.light_in_range, fit.tis, tis);
   if (std::abs(fit.tis - tis) > kMuchMoreLight * tis)
     text +=
-        "# ABg: the model goes on outside the range, where the roughness does not: limit its angles to the "
+        "# ABg: the model continues outside the range, but the roughness does not. Limit its angles to the "
         "range, or use the table.\n";
   if (fit.at_least_b)
     text +=
-        "# ABg: B rests on the least allowed value; a program that takes smaller ones can follow the table "
-        "more closely.\n";
+        "# ABg: B has the least allowed value; a program that allows smaller ones can follow the table more "
+        "closely.\n";
   return text;
 }
 
@@ -113,12 +114,12 @@ struct PsdLines {
     const KCorrelationPsd whole = k_correlation_model({a, m.correlation, m.exponent}, 0, 1 / wavelength);
     return fmt::format(
         "# PSD: S2(f) = A / (1 + (B f)^2)^(C/2) for {}, A = {:.9g} um^4, B = {:.9g} um, C = {:.9g}; "
-        "two-sided, two-dimensional, of heights of the surface\n"
-        "# PSD: of K-correlation models by sigma, B, s (s = C) from f = 0 to 1/wavelength, sigma = {:.9g} m; "
-        "a program without a lowest frequency would scatter all of it, the band above has {:.9g} m\n",
+        "two-sided, two-dimensional, of heights of the surface\n# PSD: of K-correlation models by sigma, B, "
+        "s (s = C) from f = 0 to 1/wavelength, sigma = {:.9g} m. A program without a lowest frequency would "
+        "scatter all of it; the band above has {:.9g} m\n",
         band_text(m.f_min, m.f_max), a * 1e24, m.correlation * 1e6, m.exponent, whole.rms, m.rms);
   }
-  std::string operator()(const TablePsd&) const { return "# PSD: a table, in the file of the PSD\n"; }
+  std::string operator()(const TablePsd&) const { return "# PSD: it is a table, in the file of the PSD\n"; }
   std::string operator()(const SumPsd& m) const {
     std::string text;
     for (const PsdModel& part : m.parts) text += std::visit(*this, part);
@@ -143,8 +144,8 @@ void append_rows(const std::function<double(double)>& psd, double f_low, double 
 
 std::string no_abg(const AbgFit& fit) {
   return fmt::format(
-      "No ABg model{} describes this scatter: from {} to {} the nearest is off by {}, more than a factor of "
-      "{}; use the table",
+      "No ABg model{} describes this scatter: from {} to {} the error of the nearest is {}, more than a "
+      "factor of {}; use the table",
       fit.at_least_b ? fmt::format(" with B from {:.3g} on", fit.model.b) : "",
       format_quantity(fit.theta_min, Dimension::kAngle), format_quantity(fit.theta_max, Dimension::kAngle),
       format_percent(fit.largest_error), 1 + kUsableAbg);

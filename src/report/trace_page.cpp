@@ -42,7 +42,7 @@ Page page_of(const TraceReport& report) {
   const bool waves = report.model == FocusModel::kWaves;
   page.say("Model",
            fmt::format("{}, {} {} ({} lost), {}", to_string(report.model), report.rays,
-                       waves ? "cells" : "rays", report.lost_rays, plural(long(report.terms), "term")));
+                       waves ? "grid points" : "rays", report.lost_rays, plural(long(report.terms), "term")));
   Page::Table table{"", {"statistic", "surface", "target", "diff. [%]"}, "lrrr"};
   for (const TracedStatistic& traced : report.statistics) {
     const std::string name = statistic_name(traced.statistic);

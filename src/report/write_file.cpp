@@ -41,7 +41,7 @@ void write_file(const std::string& path, const std::string& text) {
   out.close();
   if (!out) abandon(std::string("a failing write (") + std::strerror(errno) + ")");
   fs::rename(aside, target, error);
-  if (error) abandon("something that cannot be replaced (" + error.message() + ")");
+  if (error) abandon("an item that cannot be replaced (" + error.message() + ")");
 }
 
 }  // namespace aberfit

@@ -175,7 +175,7 @@ PsdVariable psd_variable(const PsdModel& model, const std::string& pointer) {
     PsdVariable heights{Kind::kHeights, one.part, 0};
     if (pointer_of(heights) == pointer) return heights;
   }
-  throw std::invalid_argument("\"" + pointer + "\" is no number of this PSD");
+  throw std::invalid_argument("\"" + pointer + "\" is not a number of this PSD");
 }
 
 double value_of(const PsdModel& model, const PsdVariable& parameter) {

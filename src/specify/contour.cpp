@@ -101,7 +101,7 @@ Arm follow(const BudgetValues& budgets, const Place& start, Place along, double 
       continue;
     }
     arm.points.push_back(budgets.point({next->place[0], next->place[1]}, next->values));
-    if (leaves) return arm.end = "the end of the range", arm;
+    if (leaves) return arm.end = "it reached the end of the range", arm;
     const Place moved = next->place - here, tangent = tangent_of(next->gradient, moved);
     bend = (tangent - along) / moved.norm();
     if (bend.norm() * arc > kStraight) bend.setZero();
@@ -110,7 +110,7 @@ Arm follow(const BudgetValues& budgets, const Place& start, Place along, double 
     if (arm.points.size() > 3 && (here - start).norm() < 0.75 * arc) return arm.is_closed = true, arm;
     if (next->corrections <= kEasy) arc = std::min(1.5 * arc, kLongest);
   }
-  arm.end = "as many points as a contour has";
+  arm.end = "the contour reached its largest number of points";
   return arm;
 }
 

@@ -13,8 +13,8 @@ void describe_radius(Visitor& v, StatisticRequest& s, double focal_length, doubl
   if (s.value) extent = per_radius * *s.value;
   describe_extent_in_focus(
       v,
-      {"value", "the target itself [m], or an angle on the sky (\"0.6 arcsec\"); absent: from theory",
-       kOptional, "\"76 um\""},
+      {"value", "target value [m], or angle on the sky (\"0.6 arcsec\"); absent: from theory", kOptional,
+       "\"76 um\""},
       extent);
   double error = per_radius * s.standard_error;
   v.quantity({"standard_error", "sampling error of the given value [m]"}, error, kLength,
@@ -35,9 +35,9 @@ void describe_radius(Visitor& v, StatisticRequest& s, double focal_length, doubl
 void describe_plain_value(Visitor& v, StatisticRequest& s, Dimension dimension) {
   const bool angle = dimension == kAngle, share = dimension == kFraction;
   v.quantity({"value",
-              share   ? "the target itself, a share; absent: from theory"
-              : angle ? "the target itself [rad]; absent: from theory"
-                      : "the target itself [m]; absent: from theory",
+              share   ? "target value, a fraction; absent: from theory"
+              : angle ? "target value [rad]; absent: from theory"
+                      : "target value [m]; absent: from theory",
               kOptional,
               share   ? "\"80 %\""
               : angle ? "\"36 urad\""
@@ -51,11 +51,10 @@ void describe_plain_value(Visitor& v, StatisticRequest& s, Dimension dimension) 
 void describe_value(Visitor& v, StatisticRequest& s, double focal_length, double per_radius) {
   const Dimension dimension = kind_of_key(s.name).dimension;
   const bool share = dimension == kFraction;
-  v.quantity({"tolerance",
-              share ? "how closely the fit is to meet it, absolute"
-                    : "how closely the fit is to meet it, relative to the value",
-              kOptional, "\"0.2 %\""},
-             s.tolerance, kFraction, Range{0, 1, true, false});
+  v.quantity(
+      {"tolerance", share ? "absolute tolerance of the fit" : "tolerance of the fit, relative to the value",
+       kOptional, "\"0.2 %\""},
+      s.tolerance, kFraction, Range{0, 1, true, false});
   if (option_of_key(s.name).form == StudyOption::kPercent)
     describe_radius(v, s, focal_length, per_radius);
   else
@@ -86,18 +85,18 @@ void describe_places(Visitor& v, const StudyOption& option, StatisticRequest& s)
 
 void describe_ring(Visitor& v, StatisticRequest& s) {
   v.word_or_quantity(
-      {"ring", "radius of the ring [m], or the encircled-energy radius at z = f that it has (\"ee90\")",
-       kOptional, "\"ee90\""},
+      {"ring", "radius of the ring [m], or name of an encircled-energy radius at z = f (\"ee90\")", kOptional,
+       "\"ee90\""},
       s.ring, kEncircledEnergyName, kLength, Range::positive());
 }
 
 void describe_profile(Visitor& v, StatisticRequest& s) {
   describe_ring(v, s);
-  v.quantity({"tolerance", "how closely the fit is to meet it, absolute share of the light"}, s.tolerance,
-             kFraction, Range{0, 1, true, false});
+  v.quantity({"tolerance", "tolerance of the fit, absolute fraction of the energy"}, s.tolerance, kFraction,
+             Range{0, 1, true, false});
   v.text({"file",
-          "CSV table of dz, in m unless its header says dz_mm or the like, and share of the light, one pair "
-          "a line; relative to the study file",
+          "CSV table of dz (in m unless its header says dz_mm or similar) and energy fraction, one pair per "
+          "line; relative to the study file",
           kOptional, "\"ring_through.csv\""},
          s.file, true);
   // The resolved study names the file, not what was loaded from it.
@@ -106,7 +105,7 @@ void describe_profile(Visitor& v, StatisticRequest& s) {
   v.quantities(
       {"dz", "planes of `values` [m], ascending; instead of file", kOptional, "[\"-1 mm\", \"0 mm\"]"}, dz,
       kLength, Range::any(), true);
-  v.quantities({"values", "share of the light inside the ring, one for each dz", kOptional, "[0.4, 0.9]"},
+  v.quantities({"values", "energy fraction inside the ring, one for each dz", kOptional, "[0.4, 0.9]"},
                values, kFraction, Range{0, 1}, false);
   if (!v.reading()) return;
   const bool in_line = !dz.empty() || !values.empty();
@@ -133,19 +132,19 @@ void describe_statistic(Visitor& v, StatisticRequest& s, const std::string& key,
 }
 
 void describe_psd_target(Visitor& v, PsdTarget& target) {
-  v.quantity({"f_min", "lower edge of the bins [cycles/m]; absent: of the band that the terms carry",
+  v.quantity({"f_min", "lower edge of the bins [cycles/m]; absent: that of the band that the terms carry",
               kOptional, "\"5 /m\""},
              target.f_min, kFrequency, Range::positive());
-  v.quantity({"f_max", "upper edge of the bins [cycles/m]; absent: of the band that the terms carry",
+  v.quantity({"f_max", "upper edge of the bins [cycles/m]; absent: that of the band that the terms carry",
               kOptional, "\"20 /m\""},
              target.f_max, kFrequency, Range::positive());
   v.check(!target.f_min || !target.f_max || *target.f_min < *target.f_max, "f_max",
           format_quantity(target.f_max.value_or(0), kFrequency), "a spatial frequency above f_min");
   v.integer({"bins_per_decade", "logarithmic bins"}, target.bins_per_decade, 1, 100);
-  v.quantity({"tolerance", "how closely the fit is to meet log PSD", kOptional, "\"5 %\""}, target.tolerance,
-             kFraction, Range{0, 1, true, false});
+  v.quantity({"tolerance", "tolerance of log PSD", kOptional, "\"5 %\""}, target.tolerance, kFraction,
+             Range{0, 1, true, false});
   v.word({"method",
-          "closed-form: of Zernikes over the whole disc; estimator: any terms, on a grid through the "
+          "closed-form: for Zernikes over the whole disc; estimator: for any terms, on a grid with the "
           "estimator of a measurement"},
          target.method, {"closed-form", "estimator"});
 }
@@ -153,17 +152,16 @@ void describe_psd_target(Visitor& v, PsdTarget& target) {
 }  // namespace
 
 void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map, double focal_length) {
-  v.object({"target", "what the fitted surface has to match"}, nullptr, [&](Visitor& t) {
-    t.choice_or_auto(
-        {"theory",
-         "where targets without a value come from; auto: the model that the scene needs; "
-         "geometric, rays: Gaussian ray deflections; ghs: generalised Harvey-Shack, wave optics"},
-        target.theory, {Theory::kGeometric, Theory::kRays, Theory::kGhs});
+  v.object({"target", "targets of the fit"}, nullptr, [&](Visitor& t) {
+    t.choice_or_auto({"theory",
+                      "theory for targets without a value; auto: the model that the scene needs; geometric, "
+                      "rays: Gaussian ray deflections; ghs: generalised Harvey-Shack, wave optics"},
+                     target.theory, {Theory::kGeometric, Theory::kRays, Theory::kGhs});
     t.choice_of({"convention", "physical: a ray turns by twice the slope; paper: by the slope"},
                 target.convention, {"physical", "paper"});
     std::vector<std::string> keys = keys_of(target.statistics);
     std::vector<StatisticRequest> requests = target.statistics;
-    t.keyed({"statistics", "focal statistics to match; none: the default set", kOptional,
+    t.keyed({"statistics", "focal statistics to match; absent: the default set", kOptional,
              R"({"ee50": {"planes": ["0 mm", "-1 mm"]}, "ring_fwhm": {"ring": "ee90"}, "rms_height": {}})"},
             keys, statistic_keys(), [&](Visitor& s, std::size_t i) {
               requests.resize(keys.size());
@@ -171,15 +169,13 @@ void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& m
               if (s.reading() || requests[i].name != fresh.name) requests[i] = std::move(fresh);
               describe_statistic(s, requests[i], keys[i], focal_length);
             });
-    t.optional_object(
-        {"psd",
-         "PSD bins of the term surface to match as well: the expectation of the same bins under the "
-         "roughness"},
-        target.psd, describe_psd_target);
+    t.optional_object({"psd",
+                       "PSD bins of the surface of terms to match as well; their targets are the expected "
+                       "bins of the roughness"},
+                      target.psd, describe_psd_target);
     t.optional_object({"map",
-                       "measured map to fit by least squares, instead of statistics; beside a roughness, its "
-                       "specification, "
-                       "it is judged in light"},
+                       "measured map to fit by least squares, instead of statistics; with a roughness (its "
+                       "specification) it is judged by wave optics"},
                       map, describe_map_target);
     if (!t.reading()) return;
     t.check(!map || (keys.empty() && !target.psd), "map", "a map beside statistics or psd",

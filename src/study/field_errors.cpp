@@ -14,8 +14,8 @@ namespace {
 
 InputError error_of(const Study& study, const UnusualNumber& number, const std::string& failure) {
   return {file_with_changes(study.path, study.changes, number.pointer), number.pointer,
-          fmt::format("{}; a unit? It is {}, and nothing can be computed: {}", number.value, number.quantity,
-                      failure),
+          fmt::format("{}; a wrong unit? It is {}, and nothing can be computed: {}", number.value,
+                      number.quantity, failure),
           fmt::format("{}. {}", number.ordinary, number.meant)};
 }
 

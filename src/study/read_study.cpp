@@ -107,7 +107,7 @@ std::string internal::text_of_study(const std::string& path) {
   std::error_code error;
   std::ifstream file(path, std::ios::binary);
   if (!file || !std::filesystem::is_regular_file(path, error))
-    throw InputError(path, "", "no readable file", "a study file (JSON)");
+    throw InputError(path, "", "a file that cannot be read", "a study file (JSON)");
   return whole(file);
 }
 

@@ -272,7 +272,7 @@ class Reader : public Visitor {
   void choices(const Field& field, std::vector<std::size_t>& indices, const Names& names) override {
     const Json* json = find(field);
     if (!json) return;
-    const std::string allowed = "an array out of " + quoted_list(names) + ", each at most once";
+    const std::string allowed = "an array of some of " + quoted_list(names) + ", each at most once";
     if (!json->is_array()) fail(at(field), *json, allowed, field);
     indices.clear();
     for (std::size_t i = 0; i < json->size(); ++i) {

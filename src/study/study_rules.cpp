@@ -27,12 +27,11 @@ void check_required(const Study& study) {
 void check_aperture(const Study& study) {
   const double radius = aperture_radius(study.aperture), domain = sag_domain_radius(study.mirror);
   if (!study.mirror.zernike.empty() && study.mirror.zernike_radius < radius * (1 - kSameLength))
-    throw InputError(
-        study.path, "/mirror/zernike/radius",
-        format_quantity(study.mirror.zernike_radius, Dimension::kLength),
-        fmt::format("at least {}, the largest distance of the aperture from the axis: outside their "
-                    "disc Zernikes grow without bound",
-                    format_quantity(radius, Dimension::kLength)));
+    throw InputError(study.path, "/mirror/zernike/radius",
+                     format_quantity(study.mirror.zernike_radius, Dimension::kLength),
+                     fmt::format("at least {}, the largest distance of the aperture from the axis, because "
+                                 "outside their disc Zernikes grow without bound",
+                                 format_quantity(radius, Dimension::kLength)));
   if (radius < domain) return;
   static const char* const kSizes[] = {"diameter", "diameter", "", "vertices", ""};
   const std::string key = kSizes[study.aperture.index()];
@@ -54,11 +53,11 @@ void check_psd(const Study& study, const PsdModel& model, const std::string& poi
   if (!std::isfinite(moments.height_variance) && !study.solve)
     throw InputError(
         study.path, pointer, "a PSD whose height variance is infinite",
-        "a band, or an exponent, that keeps it finite: an f_min of a tenth of a cycle across, or a "
-        "k-correlation whose B is the outer scale; only budgets (`solve`) do without");
+        "a band or exponent that keeps it finite, such as an f_min of a tenth of a cycle across, or a "
+        "k-correlation whose B is the outer scale (only budgets of `solve` do not need it)");
   if (!std::isfinite(moments.slope_variance))
     throw InputError(study.path, pointer, "a PSD whose slope variance is infinite",
-                     "f_max, or a 2-D exponent above 4: rays need a finite RMS slope");
+                     "f_max, or a 2-D exponent above 4, because rays need a finite RMS slope");
 }
 
 // Without a PSD there is nothing to predict targets, draws or term orders from.
@@ -69,7 +68,7 @@ void check_without_roughness(const Study& study) {
   if (study.target.statistics.empty())
     throw InputError(study.path, "/roughness", kMissing,
                      "a study needs \"roughness\": {\"psd\": {\"model\": \"uniform\", \"rms\": \"20 nm\", "
-                     "\"f_min\": \"2.5 /m\", \"f_max\": \"40 /m\"}}, or statistics that all have a value");
+                     "\"f_min\": \"2.5 /m\", \"f_max\": \"40 /m\"}}, or a value for every statistic");
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const StatisticRequest& request = study.target.statistics[i];
@@ -100,7 +99,7 @@ void check_exports(const Study& study) {
     const auto fail = [&](const std::string& why) {
       throw InputError(study.path, "/output/export/" + std::to_string(i),
                        '"' + export_names()[std::size_t(format)] + "\" " + why,
-                       "a map instead: zemax-grid-sag, codev-int, fits-opd, csv");
+                       "a map instead (zemax-grid-sag, codev-int, fits-opd, csv)");
     };
     if ((noll || fringe) && study.terms.fourier)
       fail("with Fourier terms, which a Zernike listing cannot hold");
@@ -117,7 +116,7 @@ void check_band(const Study& study) {
     if (study.wavelength.is_band() &&
         (name == "ring_profile" || kind_of_key(name).measure == Measure::kHalfWidth))
       throw InputError(study.path, "/target/statistics/" + keys[i], "\"" + name + "\" in a band of light",
-                       "encircled energies, which add; or light of one wavelength");
+                       "encircled energies, which add over wavelengths; or light of one wavelength");
   }
 }
 
@@ -130,7 +129,7 @@ void check_rules(const Study& study) {
   check_band(study);
   if (study.trace.pupil.layout == PupilLayout::kPolar && usual_layout(study.aperture) != PupilLayout::kPolar)
     throw InputError(study.path, "/trace/pupil", "\"polar\"",
-                     "\"random\", \"sobol\", \"grid\": the polar layout is for circles and annuli");
+                     "\"random\", \"sobol\" or \"grid\", because the polar layout is for circles and annuli");
   if (study.solve && study.solve->with)
     for (std::size_t k = 0; k < study.solve->with->surfaces.size(); ++k)
       check_psd(study, psd_model(study.solve->with->surfaces[k].psd),

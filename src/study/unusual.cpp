@@ -288,7 +288,7 @@ std::string meant_by(const std::vector<Slip>& found, const Law& law, const Scene
     const std::string here = fmt::format("{:.3g}", law.value(with(scene, slip.number, slip.factor)));
     if (then.find(here) == std::string::npos) then += (then.empty() ? "" : " or ") + here;
   }
-  const char* const kSwapped = "re focal length and diameter swapped";
+  const char* const kSwapped = "re focal length and diameter interchanged";
   const std::string question = units.empty() ? fmt::format("A{}", kSwapped)
                                : swapped     ? fmt::format("Is {} meant, or a{}", units, kSwapped)
                                              : fmt::format("Is {} meant", units);
@@ -520,8 +520,8 @@ std::vector<UnusualNumber> unusual_numbers(const Study& study) {
 Warnings unusual_warnings(const Study& study) {
   Warnings warnings;
   for (const UnusualNumber& number : unusual_numbers(study))
-    warnings.push_back({kUnusual, fmt::format("{} is {}: {}; {} is ordinary. {}", number.pointer,
-                                              number.value, number.quantity, number.ordinary, number.meant)});
+    warnings.push_back({kUnusual, fmt::format("{} is {}: {}; {} is usual. {}", number.pointer, number.value,
+                                              number.quantity, number.ordinary, number.meant)});
   return warnings;
 }
 

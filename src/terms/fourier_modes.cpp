@@ -85,8 +85,8 @@ std::vector<FourierMode> fourier_lattice(const RadialPsd& psd, double pitch) {
   const double reach = edges.high / pitch + 0.5, count = 0.5 * pi * reach * reach;
   if (count > kMostLatticeModes)
     throw ComputationError(
-        fmt::format("the band up to {:.4g} /m takes {:.2g} plane waves on a grid of {:.4g} /m, more than the "
-                    "{:.2g} that are allowed",
+        fmt::format("the band up to {:.4g} /m needs {:.2g} plane waves on a grid of {:.4g} /m, more than the "
+                    "allowed {:.2g}",
                     edges.high, count, pitch, kMostLatticeModes));
   std::vector<FourierMode> modes;
   const int most = int(reach);

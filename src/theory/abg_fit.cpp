@@ -174,7 +174,8 @@ AbgFit fit_abg(const ScatterFunction& scatter, const AbgOptions& options) {
     samples.log_bsdf[i] = std::log(scatter.bsdf(std::asin(std::min(1.0, std::exp(samples.log_sine[i])))));
   }
   if (!samples.log_bsdf.isFinite().all())
-    throw std::invalid_argument("ABg fit: the scatter function is not positive all over the range of angles");
+    throw std::invalid_argument(
+        "ABg fit: the scatter function is not positive over the whole range of angles");
   const Eigen::Vector2d p = refined(samples, best_of_grid(samples));
   const Eigen::ArrayXd residuals = samples.residuals(p);
   fit.found = true;

@@ -47,7 +47,7 @@ double longest_distance(const Aperture& aperture) {
 PanelFunction transfer_of_light(const Aperture& aperture, double cutoff) {
   const double slender = cells_for_edges(aperture);
   if (slender > kMostCells)
-    throw ComputationError("the aperture is too slender for its light; check the aperture, its smaller side");
+    throw ComputationError("the aperture is too slender for its PSF; check its smaller side");
   const PupilCells cells(aperture, std::max(kFewestCells, int(slender)));
   const FocalGrid grid(FocalGrid::samples_for(cells, cutoff), FocalGrid::taper_for(cells, 0));
   const MomentBasis basis(1);

@@ -82,7 +82,7 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPu
   g_ = 4 * pi * band.rms_height / wavelength_;
   if (!std::isfinite(structure_function(psd_, Eigen::ArrayXd::Constant(1, aperture_radius(aperture_)))[0]))
     throw ComputationError(
-        "the structure function of this PSD is infinite, so there is no generalised Harvey-Shack prediction: "
+        "the structure function of this PSD is infinite, so there is no generalised Harvey-Shack prediction; "
         "give the PSD a lowest frequency");
   exact_ = std::make_unique<const ExactTransfer>(
       pupil.moments_, [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,

@@ -40,9 +40,10 @@ GeometricHarveyShack::GeometricHarveyShack(const Mirror& mirror, const Aperture&
       const SurfacePoint<double> surface = base_surface(of_revolution, node.rho, 0.0);
       const double p2 = surface.slope_x * surface.slope_x;
       if (!(p2 < 1.0))
-        throw ComputationError(fmt::format(
-            "the mirror sends no light from {:.4g} m off its axis to the focus: its slope there is {:.3g}",
-            node.rho, surface.slope_x));
+        throw ComputationError(
+            fmt::format("from {:.4g} m off its axis the mirror sends no light to the focus, because its "
+                        "slope there is {:.3g}",
+                        node.rho, surface.slope_x));
       const Ray<double> ray = reflect(mirror.focal_length, node.rho, 0.0, surface);
       const double path = mirror.focal_length - surface.height, cosine = (1.0 - p2) / (1.0 + p2);
       Zone zone{};

@@ -115,7 +115,7 @@ ScatterFunction::ScatterFunction(const RadialPsd& rest, double wavelength)
   assert(wavelength > 0);
   if (!std::isfinite(structure_function(rest, Eigen::ArrayXd::Constant(1, wavelength))[0]))
     throw ComputationError(
-        "the structure function of this PSD is infinite, so there is no scatter function: give the PSD a "
+        "the structure function of this PSD is infinite, so there is no scatter function; give the PSD a "
         "lowest frequency");
   const ScatteringBand band = scattering_band(rest, wavelength);
   psd_ = band.psd;

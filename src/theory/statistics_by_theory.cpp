@@ -92,21 +92,22 @@ struct DiscOfAim {
 
 double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
   return std::visit(
-      Overloaded{[&](const EncircledEnergyRadius& s) { return encircled_energy_radius(s.fraction, s.dz); },
-                 [&](const RingFwhm& s) { return ring_fwhm(radius_of(s, *this)); },
-                 [&](const RingThrough& s) { return encircled_energy(s.ring_radius, s.dz); },
-                 [&](const ScatterRms&) { return scatter_rms(); },
-                 [&](const ScatterMean&) { return scatter_mean(); },
-                 [&](const SpotFwhm& s) { return spot_fwhm(s.bandwidth); },
-                 [&](const RmsRadius&) -> double {
-                   throw ComputationError(
-                       "the RMS radius of a diffracted spot does not exist: its second moment diverges; ask "
-                       "for encircled energy radii, or take theory geometric");
-                 },
-                 [&](const RmsHeight&) { return rms_height_on(aperture_, whole_); },
-                 [&](const EnsquaredThrough& s) { return at_plane(s.dz).ensquared_energy(s.side); },
-                 [&](const StrehlRatio& s) { return LightProperties({s}, pupil_)(*this)[0]; },
-                 [&](const ModulationTransfer& s) { return LightProperties({s}, pupil_)(*this)[0]; }},
+      Overloaded{
+          [&](const EncircledEnergyRadius& s) { return encircled_energy_radius(s.fraction, s.dz); },
+          [&](const RingFwhm& s) { return ring_fwhm(radius_of(s, *this)); },
+          [&](const RingThrough& s) { return encircled_energy(s.ring_radius, s.dz); },
+          [&](const ScatterRms&) { return scatter_rms(); },
+          [&](const ScatterMean&) { return scatter_mean(); },
+          [&](const SpotFwhm& s) { return spot_fwhm(s.bandwidth); },
+          [&](const RmsRadius&) -> double {
+            throw ComputationError(
+                "the RMS radius of a diffracted spot does not exist, because its second moment diverges; "
+                "request encircled-energy radii, or take theory geometric");
+          },
+          [&](const RmsHeight&) { return rms_height_on(aperture_, whole_); },
+          [&](const EnsquaredThrough& s) { return at_plane(s.dz).ensquared_energy(s.side); },
+          [&](const StrehlRatio& s) { return LightProperties({s}, pupil_)(*this)[0]; },
+          [&](const ModulationTransfer& s) { return LightProperties({s}, pupil_)(*this)[0]; }},
       statistic);
 }
 
@@ -121,8 +122,9 @@ double GeometricHarveyShack::operator()(const Statistic& statistic) const {
                  [&](const RmsRadius& s) { return rms_radius(s.dz); },
                  [&](const RmsHeight&) { return rms_height_; },
                  [&](const WaveKind auto&) -> double {
-                   throw ComputationError(statistic_name(statistic) +
-                                          " is one of light: geometric rays have none; take theory ghs");
+                   throw ComputationError(
+                       statistic_name(statistic) +
+                       " needs wave optics and does not exist for geometric rays; take theory ghs");
                  }},
       statistic);
 }

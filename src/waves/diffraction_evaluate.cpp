@@ -186,7 +186,7 @@ std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
 
 std::shared_ptr<const MeanScatter> MeanScatter::of_line(std::size_t) const {
   throw ComputationError(
-      "what this surface scatters is known at one wavelength; ask for light of one wavelength");
+      "the scatter of this surface is known at one wavelength only; request light of one wavelength");
 }
 
 bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
@@ -260,8 +260,8 @@ DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eige
                   : "the pupil grid is too coarse for the plane " + format_quantity(dz, Dimension::kLength) +
                         " out of focus: the phase there turns") +
              " by more than pi between " + format_quantity(steps.aliased_share, Dimension::kFraction) +
-             " of neighbouring cells, so light lands in the wrong place; take a finer grid or " +
-             (dz == 0 ? "a surface that is less steep" : "a plane nearer to the focus")});
+             " of neighbouring grid points, so energy lands in the wrong place; take a finer grid or " +
+             (dz == 0 ? "a less steep surface" : "a plane nearer to the focus")});
   if (problem.pupil.missing > 0.01)
     check.warnings.push_back(
         {"psf-holes", format_quantity(problem.pupil.missing, Dimension::kFraction) +

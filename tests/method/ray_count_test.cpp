@@ -68,7 +68,7 @@ TEST(AutomaticCells, AreEnoughWhereTheJudgingGridSaysTheSame) {
     return explain_cells(cells, 0.1, &choice);
   };
   EXPECT_TRUE(enough(0.0009, 3000));
-  EXPECT_NE(choice.reason.find("3000 cells"), std::string::npos) << choice.reason;
+  EXPECT_NE(choice.reason.find("3000 grid points"), std::string::npos) << choice.reason;
   EXPECT_NE(choice.reason.find("up to 0.09 %, below 0.1 % (10 % of the margin)"), std::string::npos)
       << choice.reason;
   EXPECT_FALSE(enough(0.0011, 3000));

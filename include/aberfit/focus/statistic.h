@@ -136,8 +136,8 @@ struct ModulationTransfer {
   static constexpr StatisticKind kKind{"mtf", Dimension::kFraction, Physics::kWaves, FocalPlane::kFocus,
                                        Measure::kTransfer};
   static constexpr StudyOption kOption =
-      StudyOption::places("frequencies", "frequency", "frequencies of the image [cycles/m]", "[\"20 /mm\"]",
-                          Dimension::kSpatialFrequency);
+      StudyOption::places("frequencies", "frequency", "spatial frequencies in the image [cycles/m]",
+                          "[\"20 /mm\"]", Dimension::kSpatialFrequency);
   double frequency = 0;  ///< [cycles/m]
   static ModulationTransfer with(const StatisticOptions& o) { return {o.number}; }
 };
@@ -147,7 +147,8 @@ struct EnsquaredThrough {
   static constexpr StatisticKind kKind{"ensquared_within", Dimension::kFraction, Physics::kWaves,
                                        FocalPlane::kGiven, Measure::kEnergy};
   static constexpr StudyOption kOption = StudyOption::places(
-      "sides", "side", "sides of the squares about the axis [m], each the mean over squares turned all ways",
+      "sides", "side",
+      "sides of the squares about the axis [m]; each value is the mean over all orientations of the square",
       "[\"15 um\"]");
   double side = 0;  ///< [m]
   double dz = 0;    ///< [m]

@@ -16,7 +16,7 @@ struct PhysicsChoice {
   Theory theory = Theory::kGeometric;
   FocusModel model = FocusModel::kRays;  ///< of the surface
   std::optional<ModelChoice> choice;     ///< of the specification; absent without roughness
-  std::string reason = "No roughness is given, so nothing says which model the scene needs: rays are used.";
+  std::string reason = "No roughness is given, so the needed model is unknown and rays are used.";
   std::string obstacle;  ///< why wave optics cannot be computed for this task, a clause; empty: it can
   std::optional<TheoryError>
       theory_error;  ///< of wave optics for the specification; absent where it has none
