@@ -121,7 +121,8 @@ TEST(TraceReport, TableAndJsonSayTheSame) {
   report.statistics = {{EncircledEnergyRadius{0.9, 0}, 66e-6, 60e-6}, {ScatterRms{}, NAN, 3e-5}};
   const std::string table = text_of(page_of(report));
   const ordered_json json = to_json(report, {});
-  EXPECT_EQ(table.find("Study     by hand\nModel     waves, 4096 cells (0 lost), 42 terms\n"), 0u) << table;
+  EXPECT_EQ(table.find("Study     by hand\nModel     waves, 4096 grid points (0 lost), 42 terms\n"), 0u)
+      << table;
   EXPECT_EQ(json["kind"], "trace");
   EXPECT_EQ(json["model"], "waves");
   EXPECT_EQ(json["theory"], "ghs");
