@@ -126,7 +126,7 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
   warn_of_spread("the fitted surface, not for a single real mirror", result);
   if (result->fitted.fit.status == FitStatus::kNotConverged)
     warnings.push_back(
-        {"not-converged", "the fit ended before it met every target; this says nothing about its surface: " +
+        {"not-converged", "the fit ended before it met every target, which is no verdict on its surface: " +
                               result->fitted.fit.message});
   if (fresh.lost > 0)
     warnings.push_back(

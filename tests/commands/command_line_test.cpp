@@ -172,7 +172,7 @@ TEST(ExplainedKey, SaysMeaningTypeUnitsRangeDefaultAndExample) {
   const ScratchFolder folder;
   const std::string focal = printed(folder, "schema mirror/focal_length");
   for (const char* word :
-       {"paraxial focal length [m]", "nm, um, mm", "above 0", "\"focal_length\": \"2.8 m\"", "has to be"})
+       {"paraxial focal length [m]", "nm, um, mm", "above 0", "\"focal_length\": \"2.8 m\"", "required"})
     EXPECT_NE(focal.find(word), std::string::npos) << word << "\n" << focal;
   const std::string margin = printed(folder, "schema equivalence/margin");
   EXPECT_TRUE(std::regex_search(margin, std::regex("default +0\\.01\n"))) << margin;

@@ -237,7 +237,7 @@ TEST(PsdCommand, ChoosesTheImageOfAFitsFileAndSaysSo) {
   const ordered_json chosen = psd("one.fits");
   EXPECT_EQ(chosen["warnings"][0]["code"], "image-chosen");
   const std::string message = chosen["warnings"][0]["message"];
-  EXPECT_NE(message.find("1 'OPD' (48 x 48, nm) hdu 1 is read"), std::string::npos) << message;
+  EXPECT_NE(message.find("1 'OPD' (48 x 48, nm), hdu 1 is read"), std::string::npos) << message;
   EXPECT_NE(message.find("--hdu"), std::string::npos) << message;
   // Named, it is no surprise.
   const ordered_json named = psd("one.fits --hdu opd");

@@ -380,7 +380,7 @@ TEST(Fits, OtherwiseAsksWhichImageAndTakesTheOneThatIsNamed) {
   EXPECT_TRUE(contains(refusal([&] {
                          read_bytes(twice, [](MeasuredSource* s) { s->wavefront = false, s->hdu = "A"; });
                        }).found(),
-                       "2 images of the name 'A'"));
+                       "2 images named 'A'"));
   // All missing options are listed together.
   const ScratchFolder folder;
   MeasuredSource source;

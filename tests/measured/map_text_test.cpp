@@ -102,7 +102,8 @@ TEST(MapText, HeightsInWavesByTheOption) {
   source.wavefront = true;
   source.value_in_waves = true;
   const std::string text = "1,2\n3,4\n";
-  EXPECT_NE(input_error([&] { read_text(scratch, text, source); }).find("no wavelength"), std::string::npos);
+  EXPECT_NE(input_error([&] { read_text(scratch, text, source); }).find("without a wavelength"),
+            std::string::npos);
   source.wavelength = 500e-9;
   EXPECT_DOUBLE_EQ(read_text(scratch, text, source).height(0, 1), 4 * 500e-9 / 2);
   EXPECT_DOUBLE_EQ(read_text(scratch, "# unit: waves\n" + text, source).height(0, 1), 4 * 500e-9 / 2);

@@ -132,7 +132,7 @@ TEST(Judgement, MoreRaysAreTakenOnlyWhereTheyCouldDecide) {
   const auto judged = [](int rays, bool stop) {
     int times = 0;
     RunOptions how;
-    how.progress = [&](const std::string& line) { times += line == "fresh rays"; };
+    how.progress = [&](const std::string& line) { times += line == "judging on fresh rays"; };
     if (stop) how.interrupted = [&] { return times > 0; };
     run_fit(parse_study(text_of(kSteep, "{" + std::string(kFew), fmt::format(R"({{"rays": {}}})", rays),
                                 R"({"shape": "circle", "diameter": "0.4 m"})", kLenient),
@@ -207,7 +207,7 @@ TEST(Conclusions, OfARunThatWasAskedToStopAreTheVerdictAlone) {
   const auto run = [](bool stop) {
     bool judging = false;
     RunOptions how;
-    how.progress = [&](const std::string& line) { judging |= line == "fresh rays"; };
+    how.progress = [&](const std::string& line) { judging |= line == "judging on fresh rays"; };
     if (stop) how.interrupted = [&] { return judging; };
     return run_fit(parse_study(text_of(kRough, R"({"theory": "geometric", "statistics": {"ee90": {}}})",
                                        R"({"rays": 8192})", R"({"shape": "circle", "diameter": "0.4 m"})",

@@ -372,7 +372,7 @@ TEST(GivenValues, SharperThanDiffractionAreTold) {
   };
   EXPECT_EQ(told(R"("ee50": {"value": "2.1 um"}, "ee90": {"value": "20 um"})"), "");
   const std::string sharp = told(R"("ee50": {"value": "1.8 um"}, "ee90": {"value": "20 um"})");
-  EXPECT_NE(sharp.find("ee50_radius_m of 1.8 um (the perfect mirror: 2.03"), std::string::npos) << sharp;
+  EXPECT_NE(sharp.find("ee50_radius_m = 1.8 um (the perfect mirror: 2.03"), std::string::npos) << sharp;
   EXPECT_EQ(sharp.find("ee90"), std::string::npos) << sharp;
 }
 

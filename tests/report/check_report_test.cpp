@@ -203,7 +203,7 @@ TEST(CheckReport, AnIterationThatWasNotMadeOrNotWaitedForSaysSo) {
   report.cost->obstacle = "the grid is too fine";
   report.cost->bytes = 4e12;
   const std::string table = text_of(page_of(report));
-  EXPECT_EQ(row(table, "memory of `fit`"), "4000.0 GB: 11 residuals on 65536 cells");
+  EXPECT_EQ(row(table, "memory of `fit`"), "4000.0 GB: 11 residuals on 65536 grid points");
   EXPECT_EQ(row(table, "time of `fit`"), "not measured: the grid is too fine");
   EXPECT_EQ(row(table, "models"), "targets geometric, surface waves: kappa is too small.");
   const ordered_json json = to_json(report, {});

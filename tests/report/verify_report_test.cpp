@@ -124,7 +124,7 @@ TEST(TraceReport, TableAndJsonSayTheSame) {
   EXPECT_EQ(
       table.find("The surface is within 10 % of its targets in 1 statistic (ee90_radius is farthest)\n"), 0u);
   EXPECT_EQ(json["headline"], table.substr(0, table.find('\n')));
-  EXPECT_NE(table.find("Study     by hand\nModel     waves, 4096 cells (0 lost), 42 terms\n"),
+  EXPECT_NE(table.find("Study     by hand\nModel     waves, 4096 grid points (0 lost), 42 terms\n"),
             std::string::npos);
   EXPECT_EQ(json["kind"], "trace");
   EXPECT_EQ(json["model"], "waves");

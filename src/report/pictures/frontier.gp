@@ -1,5 +1,5 @@
 # title: Sets of terms that were tried
-# caption: Each mark is a set of terms. Above, its worst fitted statistic in tolerances. Below, its worst
+# caption: Each mark is a set of terms: above, its worst fitted statistic in tolerances; below, its worst
 #   held-out statistic, judged on fresh rays or another grid, and the time of the fit. Sets below both dashed
 #   lines pass; the square was taken.
 # alt: Mismatch of fitted and held-out statistics over the number of terms.
