@@ -129,7 +129,7 @@ bool is_loaded(const FocusSpec& focus) {
   return !curve || curve->radius.size() > 0;
 }
 
-// A curve's or an image's own errors name its file and line.
+// Errors in a curve or an image already name its file and line.
 void load_focus(FocusSpec* focus, const std::string& path) {
   if (focus->kind == "image" || (focus->kind == "auto" && is_focal_image(path)))
     focus->measured.data = read_focal_image(path);
@@ -137,9 +137,10 @@ void load_focus(FocusSpec* focus, const std::string& path) {
     focus->measured.data = read_encircled_curve(path, focus->radius_unit);
 }
 
-constexpr double kNoticedShare = 1e-3;  // a band cut that leaves out less is not worth a word
+constexpr double kNoticedShare = 1e-3;  // smallest variance left out that we warn about
 
-// What reading the tables of the specification left out of them, and what measuring it ran into.
+// Warns of what was left out of the tables of the specification, and repeats the warnings of its
+// measurements.
 void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
   if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
     for (const RoughnessModel& part : sum->parts) warn_of_data(part, warnings);
