@@ -223,7 +223,7 @@ std::span<const double> factors_of(Number number) {
 std::vector<Slip> slips(const std::vector<Law>& laws, const Law& law, const Scene& scene) {
   std::vector<Slip> found;
   for (const Number number : law.numbers) {
-    std::optional<Slip> best;  // best for this number; of two equally good ones the smaller
+    std::optional<Slip> best;  // best for this number; of two equally good ones the smaller change
     for (const double factor : factors_of(number)) {
       const Scene then = with(scene, number, factor);
       const Slip slip{number, factor, broken(laws, then)};

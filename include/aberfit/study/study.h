@@ -153,7 +153,7 @@ enum class CaseLevel {
 std::string to_string(CaseLevel level);
 /// The cases of `aberfit sweep`.
 struct VarySpec {
-  /// The plan goes through all cases before the first runs.
+  /// Largest number of cases: the plan goes through all of them before the first runs.
   static constexpr int kMostCases = 10'000'000;
   std::vector<VaryAxis> axes;
   VaryDesign design = VaryDesign::kGrid;
