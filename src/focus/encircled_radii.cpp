@@ -203,7 +203,7 @@ class RadiusSolver {
   }
 
   static bool is_disc(double radius) { return radius > 0 && std::isfinite(radius * radius); }
-  // For a given radius: the bins within the kernel's reach, or the bin of the radius.
+  // Finds, for a given radius, the bins within the kernel's reach, or the bin of the radius.
   void touched(const RadiusPlane& plane, RadiusPlane::Search* search) const {
     const double radius = requests_[search->request].radius;
     search->every_bin = false;

@@ -40,7 +40,7 @@ std::vector<double> planes_between(const Groundwork& ground, const Grain& grain,
   return planes;
 }
 
-// From the innermost fitted fraction to the last but one; farther rings hold too many grains to vary.
+// Guides from the innermost fitted fraction to the last but one; farther rings hold too many grains to vary.
 std::vector<Target> guides_in(const MeanSpot& spot, const Grain& grain, double dz) {
   const double last = spot.encircled_energy_radius(*(std::end(law::kFittedShares) - 2));
   std::vector<Target> guides;

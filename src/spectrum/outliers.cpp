@@ -150,7 +150,7 @@ class Residuals {
            (deviation_[std::size_t(kind)] * tile_factor_[t]);
   }
 
-  // True if a sample continues the surface on one of its sides.
+  // Returns true if a sample continues the surface on one of its sides.
   bool continues_a_side(Index r, Index c) const {
     const double residual = residual_(r, c), sign = residual > 0 ? 1 : -1;
     int there = 0, agree = 0;

@@ -20,7 +20,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kKneeReach = 50;  // factor outside the band up to which a knee is sought
-// 2-D; larger than that of any polished surface, and than windows resolve.
+// 2-D exponent; polished surfaces have smaller ones, and windows resolve no larger one
 constexpr double kLargestExponent = 16;
 
 enum class Part { kKnee, kPower, kUniform, kFloor };

@@ -5,7 +5,8 @@
 
 namespace aberfit::internal {
 
-/// How N(z), the energy inside a ring in the plane z = f + dz, is searched. Every plane may take seconds.
+/// Settings of the search in N(z), the energy inside a ring in the plane z = f + dz. Every plane may take
+/// seconds.
 struct RingSearch {
   double step;      ///< first step [m]; best between a third and a tenth of the width
   double furthest;  ///< largest |dz| of a plane [m]

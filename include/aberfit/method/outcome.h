@@ -81,7 +81,7 @@ struct FittedTerms {
   std::vector<SpectrumBin> spectrum;  ///< empty without PSD bins in the study
 };
 
-/// How the roughness is divided into terms and scatter.
+/// Division of the roughness into terms and scatter.
 struct BandOutcome {
   std::optional<BandUse> use;            ///< absent without roughness
   std::optional<BandShares> shares;      ///< absent where the roughness is not split
@@ -95,7 +95,7 @@ struct FittedMap {
   std::optional<MapLight> light;
 };
 
-/// Whether the surface is equivalent to its specification.
+/// Judgement of whether the surface is equivalent to its specification.
 struct Judgement {
   Verdict verdict = Verdict::kUndecided;   ///< that of `light` where it decides
   std::vector<EquivalenceMetric> metrics;  ///< by the model of the fit

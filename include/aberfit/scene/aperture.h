@@ -79,10 +79,10 @@ ApertureBox bounding_box(const Aperture& aperture);
 std::vector<Outline> aperture_outlines(const Aperture& aperture);
 /// The same outlines, each counter-clockwise.
 std::vector<Outline> counter_clockwise(std::vector<Outline> outlines);
-/// Whether (x, y) is inside and at least `margin` away from every edge.
+/// Returns whether (x, y) is inside and at least `margin` away from every edge.
 bool aperture_contains(const Aperture& aperture, double x, double y, double margin);
-/// Whether a sample at (x, y) belongs to the mirror. Rounding would decide for a sample on the rim, so the
-/// test scales x and y by 1 - 1e-9.
+/// Returns whether a sample at (x, y) belongs to the mirror. Rounding would decide for a sample on the rim,
+/// so the test scales x and y by 1 - 1e-9.
 bool aperture_holds(const Aperture& aperture, double x, double y);
 double aperture_margin(const Aperture& aperture);
 

@@ -32,10 +32,10 @@ struct SpreadProblem {
   std::function<double(double, double)> departure = {};
 };
 
-/// How much mirrors differ from each other because of the roughness above a frequency f_c, the cut. It is the
-/// standard deviation of E(r), the energy within r, over mirrors with the same surface below f_c and
-/// independent realisations of the roughness above it. The mean is the spot of the common surface with the
-/// mean transfer function of the rest. With k = 4 pi/lambda and F = f_focal + dz,
+/// Differences between mirrors because of the roughness above a frequency f_c, the cut. They are
+/// given as the standard deviation of E(r), the energy within r, over mirrors with the same surface below f_c
+/// and independent realisations of the roughness above it. The mean is the spot of the common surface with
+/// the mean transfer function of the rest. With k = 4 pi/lambda and F = f_focal + dz,
 ///   var E(r) = int_{f > f_c} S (|FT[dE/dh]|^2 + M) d2f + (2/area) int_{f > f_c} (S dE/dS)^2 d2f,
 ///   dE/dS(f) = k^2 [E(disc shifted by lambda F f) - E(disc)].
 ///
