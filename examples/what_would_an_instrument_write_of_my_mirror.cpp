@@ -43,9 +43,9 @@ Eigen::ArrayXd drawn_slopes(const aberfit::RadialPsd& psd, const Eigen::ArrayXd&
   return slopes;
 }
 
-// Slope at x of an ellipse with these arms and grazing angle, x = 0 at the pole: the normal halves the angle
-// between the rays to the foci. Newton's method finds the height, in extended precision because the rays
-// nearly cancel.
+// Slope at x of an ellipse with these arms and grazing angle; the pole is at x = 0. The normal halves the
+// angle between the rays to the foci. Newton's method finds the height, in extended precision because the
+// rays nearly cancel.
 double ellipse_slope(double p, double q, double theta, double at) {
   using Real = long double;
   const Real c = std::cos(Real(theta)), s = std::sin(Real(theta)), x = at;

@@ -28,7 +28,7 @@ struct Shown {
   }
 };
 
-// CLI11 puts what may stand for a value behind its name: "FORMAT:{npz,csv,none}".
+// CLI11 writes the allowed values behind the name of the value: "FORMAT:{npz,csv,none}".
 Shown shown(const CLI::Option& option) {
   Shown result;
   for (const std::string& name : option.get_snames()) result.names.push_back("-" + name);

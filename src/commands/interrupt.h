@@ -43,7 +43,7 @@ class TimeLimit {
 };
 
 /// Ends the process like a signal when the time limit of the command line is over, with a message on standard
-/// error and exit code 4. Commands use it that have no partial result to keep.
+/// error and exit code 4. It serves commands that have no partial result to keep.
 class HardLimit {
  public:
   /// text: as for TimeLimit.

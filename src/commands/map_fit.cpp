@@ -94,7 +94,8 @@ void describe_unjudged(const Study& study, const HeightMap& map, const RunOption
   write_fit(study, ground, options, focus, result);
 }
 
-// Judges a part against its specification by irradiance: the terms of the map, with the rest as scatter.
+// Judges a part against its specification by irradiance. The part is the terms of the map plus the rest as
+// scatter.
 ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const RunOptions& options,
                           const RunContext& context) {
   const TermSet terms = map_terms(study);

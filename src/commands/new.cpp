@@ -1,4 +1,4 @@
-// `aberfit new` writes a starter study, a file with comments, where the user wants to begin.
+// `aberfit new` writes a starter study, a file with comments, from which the user can begin.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// A number if the whole text is one, so that plain SI numbers are allowed as in a study.
+// Returns a number if the whole text is one, so that plain SI numbers are allowed as in a study.
 ordered_json option_value(const std::string& text) {
   std::int64_t whole = 0;
   double number = 0;
@@ -27,7 +27,7 @@ ordered_json option_value(const std::string& text) {
   return text;
 }
 
-// "annulus:outer=95%,inner=30%,centre=1mm,0mm" as the object of a study.
+// Turns "annulus:outer=95%,inner=30%,centre=1mm,0mm" into the object of a study.
 ordered_json aperture_object(const std::string& text) {
   static const std::map<std::string, std::string> kShort = {
       {"outer", "diameter"}, {"inner", "inner_diameter"}, {"center", "centre"}};
@@ -59,7 +59,7 @@ ordered_json aperture_object(const std::string& text) {
   return object;
 }
 
-// "low=0.1/mm..1/mm,mid=1/mm..10/mm" as the list that a study has.
+// Turns "low=0.1/mm..1/mm,mid=1/mm..10/mm" into the list that a study has.
 ordered_json bands_of(const std::string& text) {
   ordered_json bands = ordered_json::array();
   for (const std::string_view band : words(text, ",")) {
@@ -77,7 +77,7 @@ ordered_json bands_of(const std::string& text) {
   return bands;
 }
 
-// "0,-9999" as the list that a study has. Repeated options are joined by line ends.
+// Turns "0,-9999" into the list that a study has. Repeated options are joined by line ends.
 ordered_json numbers_of(const std::string& text) {
   ordered_json numbers = ordered_json::array();
   for (const std::string_view number : words(text, ", \n"))

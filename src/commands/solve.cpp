@@ -50,8 +50,8 @@ void write_answer(const Answer& answer, const Study& study, const RunOptions& op
                {page_of(answer), answer_json(answer, study, options), typed_study(study), std::move(drawn)});
 }
 
-// Only generalised Harvey-Shack theory can include the path: its parts' transfer functions multiply, whereas
-// the slopes of turbulence, which geometric theory would need, have no variance.
+// Only generalised Harvey-Shack theory can include the path, because the transfer functions of its parts
+// multiply. Geometric theory would need the variance of slopes, which turbulence does not have.
 void require_light_of_path(const Study& study) {
   const Theory theory = theory_of_targets(study, RadialPsd(*study.psd));
   if (theory != Theory::kGhs)

@@ -28,7 +28,7 @@ using namespace internal;
 
 namespace {
 
-// Number of cases that a rank gets at once. Short cases come in groups, because asking would take as long.
+// Number of cases that a rank gets at once. Short cases come in groups, because asking for one takes as long.
 std::size_t longest_run(CaseLevel level) { return level == CaseLevel::kCheck ? 32 : 1; }
 
 // Shows the progress of many threads on one line, a few times a second.

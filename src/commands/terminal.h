@@ -11,8 +11,8 @@
 namespace aberfit::internal {
 
 /// Shows progress on standard error. On a terminal it rewrites one line and clears it before anything else is
-/// printed. In a log, or on a terminal without escape sequences (TERM=dumb), it prints a line from time to
-/// time if the work takes long.
+/// printed. In a log, or on a terminal without escape sequences (TERM=dumb), it prints a line now and then if
+/// the work takes long.
 class ProgressLine {
  public:
   explicit ProgressLine(bool wanted);

@@ -17,7 +17,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Path of a data file next to the study; throws unless it is a readable file.
+// Path of a data file, relative to the study's folder. Throws unless it is a readable file.
 std::string locate(const Study& study, const std::string& file, const std::string& pointer) {
   const std::filesystem::path path = std::filesystem::path(study.path).parent_path() / file;
   std::error_code error;
@@ -137,7 +137,7 @@ void load_focus(FocusSpec* focus, const std::string& path) {
     focus->measured.data = read_encircled_curve(path, focus->radius_unit);
 }
 
-constexpr double kNoticedShare = 1e-3;  // smallest variance left out that we warn about
+constexpr double kNoticedShare = 1e-3;  // fraction of a variance; we warn if more is left out
 
 // Warns of what was left out of the tables of the specification, and repeats the warnings of its
 // measurements.

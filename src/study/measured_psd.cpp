@@ -38,7 +38,7 @@ MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
   return source;
 }
 
-// An option as the user writes it: --value-unit on the command line, the key "value_unit" in a study.
+// The option as the user writes it: --value-unit on the command line, the key "value_unit" in a study.
 std::string option_name(const std::string& key, bool typed) {
   if (!typed) return "\"" + key + '"';
   std::string flag = "--" + key;

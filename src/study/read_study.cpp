@@ -99,7 +99,7 @@ Study parse_study(const std::string& text, const std::string& path, const std::v
 }
 
 std::string internal::text_of_study(const std::string& path) {
-  // Some terminals write what is redirected to a file as UTF-16.
+  // Some terminals write UTF-16 if output is redirected to a file.
   const auto whole = [](std::istream& in) {
     return utf8_text(std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
   };

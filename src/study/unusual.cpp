@@ -48,6 +48,7 @@ struct Law {
   double common = kNaN;         // most common value; NaN if no value is much more common
 };
 
+// These are the reasons for the limits.
 // f/0.25: the rim of a faster parabola is steeper than 45 degrees, and light reaches the focus from behind.
 // f/5000: the mirrors of gravitational-wave detectors have f/3300, planned ones f/4400. Telescopes have f/1
 // to f/50.
@@ -90,7 +91,7 @@ std::vector<Law> scene_laws() {
            {Number::kFried}}};
 }
 
-// Conic, even powers and known Zernikes have this slope; a sphere of f/0.5 has 0.08.
+// This slope comes from the conic, the even powers and the known Zernikes; a sphere of f/0.5 has 0.08.
 std::vector<Law> shape_laws() {
   return {{"a slope of {:.3g} beside the parabola's at the rim",
            [](const Scene& s) { return s.departure; },
@@ -199,7 +200,7 @@ struct Place {
   std::string name, pointer;
   double value = kNaN;
   Dimension dimension = Dimension::kLength;
-  double power = 1;  // its value changes by factor^power if the scene's changes by `factor`
+  double power = 1;  // `value` changes by factor^power if the scene's number changes by `factor`
 };
 
 constexpr double kArcsecond = kPi / 180 / 3600;  // [rad]
@@ -363,7 +364,7 @@ Place steepest_departure(const Mirror& mirror, double radius, double* slope) {
   return steepest;
 }
 
-// Height and band of a closed model as the study's keys give them. Data have no such keys.
+// Adds the places of height and band of a closed model as the study's keys give them. Data have no such keys.
 struct KeysOfModel {
   std::vector<Place>* places;
   std::string pointer;

@@ -24,7 +24,7 @@ namespace aberfit {
 /// Threads and progress in the form that the method uses.
 RunContext context_of(const RunOptions& options);
 
-/// target -> fit -> verdict (the main path). The study has no map as target.
+/// Makes the targets, fits terms to them and judges the result. The study has no map as target.
 ResultDocument run_fit(const Study& study, const RunOptions& options);
 /// The study of a result: `study` with the fit's choices where it leaves them open.
 nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome);

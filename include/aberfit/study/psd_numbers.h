@@ -19,8 +19,8 @@ struct PsdNumber {
 /// amplitude and exponent that it stands for. A measurement has none: its numbers are data.
 std::vector<PsdNumber> psd_numbers(const Study& study);
 
-/// Studies that differ in a few numbers, each read as from a file. Without tables this takes about half a
-/// millisecond. Many threads may use a const object.
+/// Studies that differ in a few numbers, each read as from a file. Without tables this is fast enough for
+/// every step of a solve. Many threads may use a const object.
 class StudyFamily {
  public:
   StudyFamily(const Study& study, const std::vector<std::string>& pointers);

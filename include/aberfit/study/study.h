@@ -143,7 +143,7 @@ struct VaryAxis {
   std::string spacing = "linear";   ///< range: "linear", "log", "integers"
 };
 enum class VaryDesign { kGrid, kSobol };
-/// What a sweep computes for a case.
+/// The computation of a sweep for each case.
 enum class CaseLevel {
   kCheck,  ///< the values of theory (method/theory_values.h)
   kTrace,  ///< statistics of the seed's random surface
