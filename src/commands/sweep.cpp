@@ -194,7 +194,7 @@ ExitCode sweep_command(CommandLine line) {
   ProgressLine progress(!line.quiet);
   const Interrupt interrupt;
   const TimeLimit limit(line.time_limit);
-  std::atomic<bool> ended{false};  // before all cases were handed out
+  std::atomic<bool> ended{false};  // true if stopped before all cases were handed out
   RunOptions options = run_options(line, &progress);
   options.interrupted = [&] {
     const bool end = interrupt.asked() || limit.over();

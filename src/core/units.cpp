@@ -250,7 +250,7 @@ std::optional<Unit> find_unit(std::string_view name, Dimension dimension) {
   return std::nullopt;
 }
 
-// In the order of Dimension.
+// The order is that of Dimension.
 constexpr const char* kDimensionNames[] = {"a length",
                                            "an angle",
                                            "a spatial frequency",

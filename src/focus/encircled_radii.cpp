@@ -456,7 +456,7 @@ void follow_centroid(const RayBundle& rays, double total, RayGradient* gradient)
     for (const double d : *component) sum += d;
     const std::size_t listed = gradient->all_rays ? 0 : component->size();
     component->resize(n);
-    // In place from the back: ray numbers increase, so entry k moves to place k or beyond.
+    // Works in place from the back: ray numbers increase, so entry k moves to place k or beyond.
     for (std::size_t k = listed; k-- > 0;) {
       const double value = (*component)[k];
       (*component)[k] = 0.0;

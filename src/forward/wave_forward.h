@@ -40,7 +40,7 @@ class WaveForward : public ForwardModel {
   }
   void explain(const Eigen::VectorXd& values, Warnings* warnings);
   Eigen::VectorXd no_moments() const { return Eigen::VectorXd::Zero(Eigen::Index(split_.geometric.size())); }
-  const Eigen::ArrayXd& height();  // of the mirror with its terms
+  const Eigen::ArrayXd& height();  // heights of the mirror with its terms
 
   LightPath path_;
   int threads_;
@@ -50,7 +50,7 @@ class WaveForward : public ForwardModel {
   std::unique_ptr<const HeightBlocks> blocks_;  // for derivatives; null: cell by cell
   SurfaceField field_;
   DiffractionPupil diffraction_pupil_;
-  Eigen::ArrayXd departure_;  // of the mirror from a parabola [m], empty for parabolas
+  Eigen::ArrayXd departure_;  // departure of the mirror from a parabola [m], empty for parabolas
   DiffractionWorkspace own_workspace_;
   DiffractionWorkspace& workspace_;
   Eigen::VectorXd coefficients_;

@@ -70,14 +70,14 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
     } else if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic)) {
       radius = std::max(radius, law::kReach * square->side / std::numbers::sqrt2);
     } else if (split && !kind_of(target.statistic).in_rays) {
-      radius = std::max(radius, law::kReach * split->low_reach());  // of all energy that terms move
+      radius = std::max(radius, law::kReach * split->low_reach());  // radius of all energy that terms move
     }
     planes.add(target);
   }
   if (split) radius = std::min(radius, law::kReach * split->low_reach());
   radius = std::max(radius, law::kReach * least_reach);
   const double for_light = coarsening * pitch_for_light(task, radius, planes);
-  double highest = 0;  // of the terms [cycles/m]
+  double highest = 0;  // highest frequency of the terms [cycles/m]
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
     highest = std::max(highest, zernike_cutoff(terms.zernike.back().n, terms.radius));

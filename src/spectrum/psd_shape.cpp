@@ -32,7 +32,7 @@ struct PlacedPart {
   int at, count;  // its parameters in theta
 };
 
-// In the order of PsdFamily; kAuto has no shape.
+// The order is that of PsdFamily; kAuto has no shape.
 std::vector<PlacedPart> parts_of(PsdFamily family) {
   assert(family != PsdFamily::kAuto);
   static const std::vector<Part> kParts[] = {{},

@@ -100,7 +100,7 @@ void describe(Visitor& v, DrawnLine& line) {
              Range{0.05, 15});
 }
 
-// Sets the surface whose profiles have this line, continued to all frequencies, by Abel's relation (PHYSICS 3).
+// Sets the surface whose profiles have this line at all frequencies. Abel's relation gives it (PHYSICS 3).
 void take_line(const DrawnLine& line, PowerLawPsd& m) {
   const KCorrelation2d surface = k_correlation_1d_to_2d(
       {line.level * std::pow(line.at, line.exponent), 1, line.exponent});  // far above its knee at 1 cycle/m

@@ -10,8 +10,8 @@ namespace aberfit::internal {
 struct RingSearch {
   double step;      ///< first step [m]; best between a third and a tenth of the width
   double furthest;  ///< largest |dz| of a plane [m]
-  double accuracy;  ///< of a crossing, relative to its distance from the peak
-  double gain;      ///< of N(z), relative: a peak that is higher by less does not count as higher
+  double accuracy;  ///< error of a crossing, relative to its distance from the peak
+  double gain;      ///< relative to N(z): a peak that is higher by less does not count as higher
 };
 
 /// The planes of a ring, with the half crossings nearest to its peak; NaN where one of them is beyond

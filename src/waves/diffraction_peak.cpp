@@ -79,7 +79,7 @@ Hill hill_of_field(const PhasedSum& f) {
   return hill;
 }
 
-// The sum over the lags itself, with derivatives.
+// The real sum over the lags, with derivatives.
 Hill hill_of_lags(const PhasedSum& f) {
   Hill hill;
   hill.value = f.value.real();

@@ -24,8 +24,9 @@ struct FitProblem {
   /// PSD bins of the surface as further targets; null: none. Residuals: log(S_b(c) / T_b) / tolerance_b. S_b
   /// is the surface's own bin, not a noisy estimate, so its logarithm has no bias.
   const SurfaceSpectrum* spectrum = nullptr;
-  Eigen::VectorXd spectrum_target = {};     ///< [m^4], positive, one per bin
-  Eigen::VectorXd spectrum_tolerance = {};  ///< of the natural logarithm of the PSD, positive, one per bin
+  Eigen::VectorXd spectrum_target = {};  ///< [m^4], positive, one per bin
+  Eigen::VectorXd spectrum_tolerance =
+      {};  ///< tolerance of the natural logarithm of the PSD, positive, one per bin
 };
 
 enum class PriorMode {

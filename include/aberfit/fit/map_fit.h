@@ -39,7 +39,7 @@ struct MapFitResult {
   int rank = 0;
   double condition_number = 0;  ///< of the column-scaled design
   Eigen::Index points = 0, held_out_points = 0;
-  double rms_map = 0;             ///< of the valid points about their mean [m]
+  double rms_map = 0;             ///< RMS of the valid points about their mean [m]
   double rms_residual = 0;        ///< over the fitted points [m]
   double rms_held_out = 0;        ///< over the held-out points [m]
   double independent_points = 0;  ///< effective number of independent residuals

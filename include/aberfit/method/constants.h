@@ -69,7 +69,8 @@ inline constexpr double kSecondOrder = 4.6;
 /// its mean transfer function half an aperture apart is below it. It is also the energy that may lie beyond
 /// the rays for which a grid makes room.
 inline constexpr double kUnseenLight = 1e-3;
-/// 4 pi sigma/lambda of a nearly perfect surface: it scatters the square of this, the rounding of doubles.
+/// Value of 4 pi sigma/lambda of a nearly perfect surface. It scatters the square of this fraction, which is
+/// the rounding of doubles.
 inline constexpr double kSmoothG = 0x1p-26;
 
 // Fractions of the margin that approximations may use.
@@ -141,7 +142,8 @@ inline constexpr double kDrawnCycles = 24;
 /// Most random mirrors behind a verdict without terms: four groups. kMostSurfaces applies where only heights
 /// and slopes are computed, which takes a thirtieth of the time.
 inline constexpr int kMostDraws = 4 * kGroups, kMostSurfaces = 32 * kMostDraws;
-/// Rays of one random mirror of `verify`, and most mirrors in a group: a minute on one thread.
+/// Rays of one random mirror of `verify`, and most mirrors in a group. Together they take a minute on one
+/// thread.
 inline constexpr std::int64_t kRaysOfDraw = 4096;
 inline constexpr int kMostGroupDraws = 36;
 

@@ -39,8 +39,8 @@ struct SegmentedAperture {
   double margin = 0;
   /// Each segment, i.e. each outline around a clear area, has its own piston, tip and tilt. They are
   /// independent normal variables with these standard deviations.
-  double piston = 0;    ///< of the height of a segment [m]
-  double tip_tilt = 0;  ///< of each of the two slopes of a segment
+  double piston = 0;    ///< standard deviation of the height of a segment [m]
+  double tip_tilt = 0;  ///< standard deviation of each of the two slopes of a segment
   bool operator==(const SegmentedAperture&) const = default;
 };
 using Aperture =

@@ -115,7 +115,7 @@ struct ContributorsSpec {
 struct FocusSpec {
   std::string file;           ///< as written in the study, relative to it
   std::string kind = "auto";  ///< "curve", "image"; "auto": FITS and many columns are images
-  std::string radius_unit;    ///< of a curve whose file does not state it; may be empty
+  std::string radius_unit;    ///< unit of a curve whose file does not state it; may be empty
   /// Length [m], or an angle as text ("0.1 arcsec"). Absent: as the file says; a curve has none.
   std::optional<std::variant<std::string, double>> pixel;
   std::optional<std::variant<std::string, double>> reach;  ///< likewise; absent: all data

@@ -23,11 +23,12 @@ struct FocalDisc {
 
 /// A rough mirror whose realisations are compared with their mean.
 struct SpreadProblem {
-  const RadialPsd& psd;                ///< of all the roughness
-  const Mirror& mirror;                ///< its departure from the parabola counts
-  const Aperture& aperture;            ///< any aperture
-  double wavelength = 0;               ///< > 0 [m]
-  const GeneralisedHarveyShack& mean;  ///< of the same psd, mirror, aperture, wavelength and departure
+  const RadialPsd& psd;      ///< of all the roughness
+  const Mirror& mirror;      ///< its departure from the parabola counts
+  const Aperture& aperture;  ///< any aperture
+  double wavelength = 0;     ///< > 0 [m]
+  const GeneralisedHarveyShack&
+      mean;  ///< mean spot of the same psd, mirror, aperture, wavelength and departure
   /// Height [m] at x, y [m] on top of the mirror's own surface; may be empty.
   std::function<double(double, double)> departure = {};
 };

@@ -51,7 +51,7 @@ class ScatterFunction {
   double tis() const { return tis_; }                  ///< 1 - exp(-g^2)
   double cut_share() const { return cut_share_; }      ///< fraction of the height variance above 1/lambda
   double renormalisation() const { return renorm_; }   ///< the factor K
-  double lowest_sine() const { return lowest_sine_; }  ///< below it flat or a power law
+  double lowest_sine() const { return lowest_sine_; }  ///< below it the function is flat or a power law
   /// Largest part of the higher orders that the panels could not resolve; normally 0.
   double unresolved() const;
 
