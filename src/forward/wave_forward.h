@@ -11,9 +11,9 @@
 namespace aberfit::internal {
 
 /// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. The width of
-/// `evaluate` is not used, because diffraction smooths by itself. Scatter angles and the RMS height are those
-/// of the surface by rays, exact for the order of the terms on any grid (MomentRays), plus those of its
-/// scatter: a sharp edge scatters as 1/r^3, so waves have no finite second moment.
+/// `evaluate` is not used, because diffraction smooths by itself. Scatter angles and the RMS height come from
+/// rays, exact for the order of the terms on any grid (MomentRays), plus those of the scatter. Waves have no
+/// finite second moment, because a sharp edge scatters as 1/r^3.
 class WaveForward : public ForwardModel {
  public:
   WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads);

@@ -16,9 +16,9 @@ struct RingSearch {
 
 /// The planes of a ring, with the half crossings nearest to its peak; NaN where one of them is beyond
 /// `furthest`. The search samples `energy`(dz) from the focus outwards until it is below half of the maximum.
-/// It then refines wherever the energy is nearly the maximum, because the focus of an annulus may lie between
-/// two peaks, and at the peaks of polynomials through the planes about the highest one. Peaks closer together
-/// than an eighth of the width are found if their neighbours hold nine tenths of them.
+/// It then refines at the peaks of polynomials through the planes about the highest one. It also refines
+/// wherever the energy is nearly the maximum, because the focus of an annulus may lie between two peaks.
+/// Peaks closer together than an eighth of the width are found if their neighbours hold nine tenths of them.
 GeneralisedHarveyShack::RingPlanes ring_halves(const std::function<double(double)>& energy,
                                                const RingSearch& search);
 

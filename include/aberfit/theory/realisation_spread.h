@@ -54,12 +54,13 @@ struct SpreadProblem {
 /// not change its width. The periodogram moves both planes alike. Pairs at the end of the width and in the
 /// focus count as correlated with rho = 1/2, a measured value; widths without a core have 0.13 to 0.66.
 ///
-/// Error, measured with realisations (tests/theory/drawn_mirrors.h) of Gaussian, k-correlation, power-law and
-/// uniform PSDs (g = 0.1 to 5, circle and annulus, up to two waves of defocus, 15 to 97 % of the energy):
-/// predicted over measured is within a factor 1.3 for 93 % and within 1.5 for 98 % of spreads above 0.1 % of
-/// the energy; the median is 1.04. The prediction is too small, down to a factor 0.32, in the outermost
-/// energy of strong smooth surfaces: few facets of the mirror send energy there. It is too large, up to 3.5,
-/// at cuts near one cycle across: the periodogram of so few cycles differs from that of the formula.
+/// The error was measured with realisations (tests/theory/drawn_mirrors.h) of Gaussian, k-correlation,
+/// power-law and uniform PSDs (g = 0.1 to 5, circle and annulus, up to two waves of defocus, 15 to 97 % of
+/// the energy). Of spreads above 0.1 % of the energy, 93 % are predicted within a factor 1.3 and 98 % within
+/// 1.5. The median of predicted over measured is 1.04. The prediction is too small, down to a factor 0.32, in
+/// the outermost energy of strong smooth surfaces: few facets of the mirror send energy there. It is too
+/// large, up to 3.5, at cuts near one cycle across: the periodogram of so few cycles differs from that of the
+/// formula.
 ///
 /// The constructor does all the costly work, for all cuts. A plane takes tens of milliseconds, plus its mean
 /// spot. Beyond about 25 waves of defocus the grid of dE/dh, 512 points across, leaves out its highest
