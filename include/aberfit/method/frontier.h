@@ -61,7 +61,7 @@ struct BandShares {
   double rest_scatter = 0;                     ///< RMS scatter angle of the rest [rad]
   double tis = 0;                              ///< fraction of the energy that the rest scatters
   double height_spread = 0, slope_spread = 0;  ///< relative standard deviations of RMS height, slope
-  double spread = 0;  ///< largest standard deviation of a judged statistic between mirrors, in tolerances
+  double spread = 0;      ///< largest standard deviation of a judged statistic between mirrors, in tolerances
   std::string spread_of;  ///< the statistic with that spread
   /// RMS heights [m] of a measured part: the residual of the map, and the residual that the terms would leave
   /// of the specification. The rest of the split represents both, so neither is added to it.
