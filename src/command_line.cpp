@@ -1,5 +1,5 @@
-// What the program takes: every command and option with its meaning, its words for --help and its example.
-// The help, the manual page and the completions of shells are made of this description (manual.cpp).
+// Describes every command and option with its meaning, its text for --help and its example. The help, the
+// manual page and the completions of shells are made from this description (manual.cpp).
 #include "command_line.h"
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Options of `psd FILE`: each is the key of the study format of the same name.
+// An option of `psd FILE` sets the key of the same name in the study format.
 struct PsdOption {
   const char* flag;
   const char* key;
@@ -77,7 +77,7 @@ constexpr std::array kPsdOptions = {
               "bands in which RMS height and slope are reported, e.g. low=0.1/mm..1/mm,mid=1/mm..10/mm"},
 };
 
-// One value each time, so that the study may stand behind it.
+// The option takes one value each time, so that the study may follow it.
 void add_changes(CLI::App* sub, CommandLine* line) {
   sub->add_option(
          "--set", line->changes,
@@ -116,7 +116,7 @@ void add_arrays(CLI::App* sub, CommandLine* line) {
       ->check(CLI::IsMember(array_format_names()))
       ->type_name("FORMAT");
 }
-// Commands that write nothing else.
+// These commands write only arrays.
 void add_arrays_and_folder(CLI::App* sub, CommandLine* line, const char* which_folder) {
   add_arrays(sub, line);
   sub->add_option("-o,--output", line->output_directory, which_folder)->type_name("DIR");
@@ -194,7 +194,7 @@ void add_psd_command(CLI::App* app, CommandLine* line, std::map<std::string, std
            option.flag, [texts, &option](const std::string& value) { (*texts)[option.key] = value; },
            option.meaning ? option.meaning : measured_format_list() + " (default: by content)")
         ->type_name(option.type)
-        // Lists that are given one after the other are one list; repeating another option is an error.
+        // Repeated lists become one list; repeating any other option is an error.
         ->multi_option_policy(std::string_view(option.key) == "invalid" ? CLI::MultiOptionPolicy::Join
                                                                         : CLI::MultiOptionPolicy::Throw);
   sub->add_flag("--keep-lines", line->keep_lines, "Leave periodic structure in the bins");
@@ -359,12 +359,12 @@ void describe_commands(CLI::App* app, TypedCommand* typed) {
   add_chart_command(app, line);
   add_schema_command(app, line);
   app->add_subcommand("manual", "The manual page, or the completion of a shell")
-      ->group("")  // for the build: not shown
+      ->group("")  // only the build uses it, so it is not shown
       ->add_option("FORM", typed->manual_form)
       ->required();
 }
 
-// In the order of kPsdOptions, whatever that of the command line.
+// The order is that of kPsdOptions, not that of the command line.
 void take_psd_options(TypedCommand* typed) {
   for (const PsdOption& option : kPsdOptions)
     if (const auto given = typed->psd_texts.find(option.key); given != typed->psd_texts.end())

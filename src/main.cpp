@@ -23,7 +23,7 @@ namespace {
 
 using aberfit::ExitCode;
 
-// What stands where a command should; the parser would only say that one is missing.
+// Reports an unknown word in place of a command; the parser would only say that a command is missing.
 void require_known_command(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   std::vector<std::string> names;
@@ -42,13 +42,13 @@ void require_known_command(const CLI::App& app, int argc, char** argv) {
                             guess + fmt::format("{}", fmt::join(names, ", ")));
 }
 
-// As a shell takes it.
+// Quotes the text for a shell if necessary.
 std::string in_shell(const std::string& text) {
   const bool plain = !text.empty() && text.find_first_of(" \t\n\"'\\$`*?[]{}()<>|&;!#~") == text.npos;
   return plain ? text : aberfit::internal::shell_text(text);
 }
 
-// The options that a misspelt one may be meant as, for what CLI11 only calls unexpected.
+// Suggests options for a misspelt one, which CLI11 only calls unexpected.
 void guess_options(const CLI::App& app, int argc, char** argv) {
   std::vector<std::string> names;
   for (const CLI::App* of : app.get_subcommands())
@@ -119,7 +119,7 @@ int main(int argc, char** argv) {
     return run(argc, argv);
   } catch (const aberfit::InputError& error) {
     return fail(ExitCode::kBadInput, error.what());
-  } catch (const aberfit::FieldError& error) {  // commands name the file; without it the field is still told
+  } catch (const aberfit::FieldError& error) {  // commands add the file; the field alone still helps
     return fail(ExitCode::kBadInput, error.what());
   } catch (const aberfit::Interrupted& error) {
     return fail(ExitCode::kInterrupted, fmt::format("{}; nothing is written", error.what()));

@@ -4,7 +4,7 @@
 
 namespace aberfit::internal {
 
-/// Throws InputError for a study of central differences, which no fit takes.
+/// Throws InputError if the study asks for central differences, which no fit can use.
 inline void require_analytic_normals(const Study& study) {
   if (study.trace.central_difference_step)
     throw InputError(study.path, "/trace/normals", "central differences in a fit",

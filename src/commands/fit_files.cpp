@@ -66,7 +66,7 @@ void write_fit_arrays(const Study& study, const Groundwork& ground, ArrayFormat 
                ground.core_sigma, folder, &result->warnings);
 }
 
-// A fit that is done is not lost for a format that cannot hold it.
+// A finished fit must not be lost because a format cannot hold it.
 void write_exports(const Study& study, const std::string& folder, ResultDocument* result) {
   const ExportInput input{result->fitted.terms, result->fitted.fit.coefficients, study.aperture,
                           study.wavelength,     study.output.export_grid,        study.title};
@@ -107,7 +107,7 @@ ResultClaim claim_of_fit(const Study& study, const RunOptions& options) {
 
 void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
                const LightPath& focus, ResultDocument* result) {
-  // Who was asked to stop waits for no pictures.
+  // A user who interrupts does not want to wait for pictures.
   std::vector<DrawnPicture> drawn;
   if (wanted_pictures(options, &study).format != PictureFormat::kNone && !result->interrupted)
     drawn = draw(study, ground, options, focus, result);

@@ -1,4 +1,4 @@
-// `aberfit new`: starter studies, files of their own with comments, put where the user wants to begin.
+// `aberfit new` writes a starter study, a file with comments, from which the user can begin.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ std::vector<Starter> starters() {
   return all;
 }
 
-// The sentence that a starter begins with: "// PURPOSE".
+// The first line of a starter, "// PURPOSE", which is a sentence.
 std::string purpose(const Starter& starter) {
   return std::string(trimmed(starter.text.substr(2, starter.text.find('\n') - 2)));
 }
@@ -58,7 +58,7 @@ void replace_all(std::string* text, const std::string& what, const std::string& 
     text->replace(at, what.size(), with);
 }
 
-// The line "file": "my_..." of a starter that needs a measurement; npos in others.
+// The place of "file": "my_..." in a starter that needs a measurement; npos in others.
 std::size_t place_of_file(const std::string& text) { return text.find("\"file\": \"my_"); }
 
 void name_measurement(const fs::path& file, const fs::path& study, std::string* text) {

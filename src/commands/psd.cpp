@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// The first measurement of a psd block; null when there is none.
+// The first measurement of a psd block; null if there is none.
 const MeasuredPsd* find_measured(const RoughnessModel& node) {
   if (const auto* measured = std::get_if<MeasuredPsd>(&node.model)) return measured;
   if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
@@ -42,7 +42,7 @@ ordered_json psd_json(const PsdReport& report, const MeasuredPsd& measured) {
   return to_json(report, psd_block(RoughnessModel{measured}), roughness_block(measured));
 }
 
-// What is measured: a study's measurement, or files with the options of the command line.
+// The measurement of a study, or files with the options of the command line.
 MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
   const std::string& first = line.measured_files.front();
   if (first == "-" || first.ends_with(".json") || first.ends_with(".jsonc")) {

@@ -1,4 +1,4 @@
-// `aberfit report`: several results side by side.
+// `aberfit report` shows several results side by side.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -27,7 +27,7 @@ nlohmann::ordered_json result_in(const std::string& folder) {
   return document;
 }
 
-// Relative to the page; empty where there is no report.
+// The link is relative to the page, and empty if there is no report.
 std::string link_to(const std::string& folder, const fs::path& page) {
   const fs::path report = fs::path(folder) / "report.html";
   if (!fs::exists(report)) return "";

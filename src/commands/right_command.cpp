@@ -1,4 +1,4 @@
-// What a file is that stands where a command has no use for it, and which command has.
+// Recognises a file that a command cannot use, and names the command that can.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ enum class FileKind {
 
 struct KnownFile {
   FileKind kind = FileKind::kUnknown;
-  std::string word;  // of a result its kind, of a measurement its format
+  std::string word;  // the kind of a result, the format of a measurement
   bool has_study = false;
 };
 
@@ -38,9 +38,11 @@ KnownFile of_kind(FileKind kind) {
   return file;
 }
 
-// A study has no key that the results and blocks beside it have. What is no JSON at all, its reader explains.
+// A study has none of the keys by which results and single blocks are known. If the text is not JSON, the
+// study's reader explains it.
 KnownFile known_json(const std::string& text) {
-  const auto json = nlohmann::json::parse(text, nullptr, false, true);  // its reader judges comments
+  const auto json =
+      nlohmann::json::parse(text, nullptr, false, true);  // comments are allowed here; the reader judges them
   if (!json.is_object()) return {};
   if (json.contains("FILE_FORMAT")) return {FileKind::kMeasurement, "dabam", false};
   if (const auto kind = json.find("kind");
@@ -78,7 +80,7 @@ KnownFile known_file(const std::string& path) {
     const std::optional<std::string> whole = file_bytes(path);
     return whole ? known_json(utf8_text(*whole)) : KnownFile{};
   } catch (const std::exception&) {
-    return {};  // its reader says what is wrong
+    return {};  // the reader reports the error
   }
 }
 

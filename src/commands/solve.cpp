@@ -28,7 +28,7 @@ using namespace internal;
 
 namespace {
 
-// Of a Specification, of Ceilings or of a PsdOfFocus.
+// The JSON of a Specification, of Ceilings or of a PsdOfFocus.
 template <typename Answer>
 nlohmann::ordered_json answer_json(const Answer& answer, const Study& study, const RunOptions& options) {
   return to_json(answer, resolved_study(study), provenance_of(study, options));
@@ -42,7 +42,7 @@ void require_block(const Study& study) {
                      "0.6 arcsec\"}}; `aberfit new budget` writes such a study");
 }
 
-// Both commands' pictures, table and document, beside what they have of their own.
+// Writes the pictures, the table and the document that all answers have.
 template <typename Answer>
 void write_answer(const Answer& answer, const Study& study, const RunOptions& options, const std::string& to,
                   std::vector<DrawnPicture> drawn) {
@@ -50,14 +50,15 @@ void write_answer(const Answer& answer, const Study& study, const RunOptions& op
                {page_of(answer), answer_json(answer, study, options), typed_study(study), std::move(drawn)});
 }
 
-// Transfer functions multiply; slopes of turbulence have no variance.
+// Only generalised Harvey-Shack theory can include the path, because the transfer functions of its parts
+// multiply. Geometric theory would need the variance of slopes, which turbulence does not have.
 void require_light_of_path(const Study& study) {
   const Theory theory = theory_of_targets(study, RadialPsd(*study.psd));
   if (theory != Theory::kGhs)
     throw FieldError("target.theory", to_string(theory), "\"auto\" or \"ghs\" with solve.with");
 }
 
-// The part of a sum that a number belongs to: its name, or "part 2"; parts of parts one after the other.
+// The part of a sum that a number belongs to: its name, or "part 2". A part of a part is "part 2 of part 1".
 std::string part_of(const Study& study, const std::string& pointer) {
   std::string part;
   const RoughnessModel* node = study.roughness ? &*study.roughness : nullptr;

@@ -82,7 +82,7 @@ std::string from_utf16(std::string_view bytes, bool big_endian) {
   return text;
 }
 
-// True for digits, one comma, digits, with an optional sign, decimals and exponent.
+// Returns true for digits, one comma, digits, with an optional sign, decimals and exponent.
 bool has_decimal_comma(std::string_view word) {
   const std::size_t comma = word.find(',');
   if (comma == std::string_view::npos || word.find(',', comma + 1) != std::string_view::npos) return false;

@@ -314,7 +314,7 @@ StartCost start_cost(const FitProblem& problem, const CalibrationResiduals& resi
 }  // namespace
 
 std::string to_string(FitStatus status) {
-  // In the order of the enum.
+  // The order is that of the enum.
   constexpr const char* kWords[] = {"not_run",    "converged", "not_converged",
                                     "degenerate", "cancelled", "failed"};
   return kWords[int(status)];

@@ -174,7 +174,7 @@ struct Beyond {
 
 Beyond split_beyond(const VectorXd& components) {
   constexpr double kStandsOut = 4;  // standard deviations; 40 Gaussians exceed it in one of 400 maps
-  constexpr double kMedianOfSquares = 0.4549;  // of Gaussian numbers, over their variance
+  constexpr double kMedianOfSquares = 0.4549;  // median of squared Gaussian numbers over their variance
   VectorXd squares = components.cwiseAbs2();
   std::sort(squares.begin(), squares.end());
   Beyond beyond;

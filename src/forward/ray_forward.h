@@ -19,7 +19,7 @@ class RayForward : public ForwardModel {
   Eigen::VectorXd exact(Warnings* warnings) override;
   std::string trouble() const override;
 
-  const SurfaceField& field() const { return field_; }  ///< of the last point
+  const SurfaceField& field() const { return field_; }  ///< surface of the last point
 
  private:
   /// Sends d statistic/d coefficients of every ray gradient to `sink`.

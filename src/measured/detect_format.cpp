@@ -111,7 +111,7 @@ std::vector<std::string_view> lines_of(std::string_view head, bool cut) {
   return lines;
 }
 
-// True for comments with '!', a title, then "GRD nx ny ..." or "ZFR n ...".
+// Returns true for comments with '!', a title, then "GRD nx ny ..." or "ZFR n ...".
 bool is_codev_int(const std::vector<std::string_view>& lines) {
   int seen = 0;
   for (const std::string_view line : lines) {
@@ -134,7 +134,7 @@ std::optional<std::vector<double>> numbers_of(std::string_view line) {
   return numbers;
 }
 
-// True for the header nx ny delx dely unitflag xdec ydec, then lines of four or five numbers.
+// Returns true for the header nx ny delx dely unitflag xdec ydec, then lines of four or five numbers.
 bool is_zemax_grid_sag(const std::vector<std::string_view>& lines) {
   std::size_t seen = 0;
   for (const std::string_view line : lines) {

@@ -88,7 +88,7 @@ CurveColumns curve_columns(const TextTable& table, const std::string& unit) {
 }  // namespace
 
 EncircledCurve read_encircled_curve(const std::string& path, const std::string& unit) {
-  // Tolerated excess over 1, for noise and an imperfectly subtracted background
+  // Tolerated excess over 1, for noise and an imperfectly subtracted background.
   constexpr double kOvershoot = 0.2;
   const TextTable table = read_text_table(path, {});
   const CurveColumns columns = curve_columns(table, unit);

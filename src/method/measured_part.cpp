@@ -213,7 +213,7 @@ void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result) {
   result->judgement.metrics = light.metrics;
   result->scene.spread.tell(&result->judgement.metrics);
   if (light.metrics.empty()) {
-    result->judgement.light = light;  // with the reason for the missing result
+    result->judgement.light = light;  // it holds the reason for the missing result
     return;
   }
   result->fitted.values.resize(Eigen::Index(result->fitted.targets.size()));

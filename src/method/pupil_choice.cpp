@@ -66,13 +66,13 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
     if (std::isfinite(deciding))
       radius = std::max(radius, law::kReach * deciding);
     else if (split)
-      radius = std::max(radius, law::kReach * split->low_reach());  // of all energy that terms move
+      radius = std::max(radius, law::kReach * split->low_reach());  // radius of all energy that terms move
     planes.add(target);
   }
   if (split) radius = std::min(radius, law::kReach * split->low_reach());
   radius = std::max(radius, law::kReach * least_reach);
   const double for_light = coarsening * pitch_for_light(task, radius, planes);
-  double highest = 0;  // of the terms [cycles/m]
+  double highest = 0;  // highest frequency of the terms [cycles/m]
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
     highest = std::max(highest, zernike_cutoff(terms.zernike.back().n, terms.radius));

@@ -141,7 +141,7 @@ Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen
   return height;
 }
 
-// Waves of the first grid, cut to the map.
+// The waves of the first grid, cut to the map.
 Grid first_grid(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen::Index columns,
                 const RandomSurfaceOptions& options) {
   if (is_smooth(rows) && is_smooth(columns)) return transformed(cells, map, rows, columns, options);

@@ -12,7 +12,7 @@ namespace {
 constexpr double kLongest = 0.35, kShortest = 2e-3, kFirst = 0.15;  // arc length [ln]
 constexpr double kStraight = 0.5;  // a larger turn over a step is a kink rather than a bend [rad]
 constexpr int kMostCorrections = 8, kEasy = 3;
-constexpr double kLastStep = 3e-5;  // of Newton's method; the next step would be its square [ln]
+constexpr double kLastStep = 3e-5;  // last Newton step; the next would be its square [ln]
 constexpr std::size_t kMostPoints = 400;
 
 using Place = Eigen::Vector2d;  // ln(unknown/start)

@@ -220,7 +220,7 @@ std::string why_all(const Specification& spec, double core) {
 
 void explain(const BudgetValues& budgets, const Search& search, const std::vector<Step>& steps,
              Specification* spec) {
-  // The least violated step, or the one with the least margin: a turning point or an end of the range.
+  // This step violates the budgets least, or has the least margin: a turning point or an end of the range.
   const bool none = steps.front().worst() > 0;
   const auto nearest = std::min_element(steps.begin(), steps.end(), [&](const Step& a, const Step& b) {
     return none ? a.worst() < b.worst() : a.worst() > b.worst();

@@ -111,7 +111,7 @@ void trust_up_to_the_edge(PsdEstimate* estimate) {
            edge->exponent_below)});
 }
 
-// For profiles only: the holes of a map leak as well, and no window reduces that.
+// Only profiles get this warning: the holes of a map leak as well, and no window reduces that.
 void warn_of_the_window(PsdEstimate* estimate) {
   const std::optional<WindowLeak> leak = window_leak(*estimate);
   if (!leak) return;

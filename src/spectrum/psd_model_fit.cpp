@@ -360,7 +360,7 @@ class Fitter {
 }  // namespace
 
 std::string to_string(PsdFamily family) {
-  // In the order of the enum.
+  // The order is that of the enum.
   static constexpr const char* kNames[] = {"auto",
                                            "power-law",
                                            "k-correlation",
@@ -372,7 +372,7 @@ std::string to_string(PsdFamily family) {
 }
 
 std::string to_string(PsdFitStatus status) {
-  // In the order of the enum.
+  // The order is that of the enum.
   static constexpr const char* kNames[] = {"not run", "converged", "not converged", "failed"};
   return kNames[std::size_t(status)];
 }

@@ -15,7 +15,8 @@ namespace {
 constexpr int kLargestOrder = 300;
 constexpr std::int64_t kMostRays = 1000000000;
 
-// Noll's index of the last mode with n = 100, up to which one recurrence keeps 12 digits (scene/zernike.h).
+// This is Noll's index of the last mode with n = 100. Up to there one recurrence keeps 12 digits
+// (scene/zernike.h).
 constexpr int kLargestNoll = 5151;
 
 void describe_known_zernikes(Visitor& v, Mirror& mirror) {
@@ -181,7 +182,7 @@ void describe(Visitor& v, MaskFile& mask) {
   describe_margin(v, mask.margin, std::numeric_limits<double>::infinity());
 }
 
-// A schema goes through all shapes: only what is read is kept.
+// The schema visitor goes through all shapes, so we keep only what a reader sets.
 void describe_aperture(Visitor& v, Study& study) {
   ApertureSpec spec;
   if (study.obstructed)

@@ -8,7 +8,7 @@
 namespace aberfit::internal {
 namespace {
 
-// A choice that may be left open: absent means that the file says it.
+// Describes a choice that may be absent; then the file decides.
 void describe_open_choice(Visitor& v, const Field& field, std::string& value,
                           std::vector<std::string> names) {
   names.insert(names.begin(), "auto");
@@ -95,7 +95,7 @@ void describe_clear_part(Visitor& v, ClearPart& clear) {
             clear.erode, 0, 100000);
 }
 
-// The name of an image, or its number.
+// Describes the name of an image, or its number.
 void describe_hdu(Visitor& v, std::string& hdu) {
   Visitor::WordOrQuantity held = hdu;
   v.word_or_quantity({"hdu",

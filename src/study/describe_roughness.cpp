@@ -37,8 +37,8 @@ void describe(Visitor& v, UniformPsd& m) {
   require_band(v, m.f_min, m.f_max);
 }
 
-// B, or the length that others name: the autocorrelation is proportional to (r/l)^nu K_nu(r/l), nu =
-// exponent/2 - 1, l = B/(2 pi) (Church, Takacs and Leonard 1989).
+// A study gives B, or the length l = B/(2 pi) that other authors use: the autocorrelation is proportional to
+// (r/l)^nu K_nu(r/l), nu = exponent/2 - 1 (Church, Takacs and Leonard 1989).
 void describe_correlation(Visitor& v, double& correlation) {
   constexpr double kPerLength = 2 * std::numbers::pi;
   std::optional<double> b, length;
@@ -83,7 +83,7 @@ void describe(Visitor& v, KCorrelationPsd& m) {
                           m.f_min, m.f_max);
 }
 
-// What a drawing says of profiles: A/f^B.
+// A line in a drawing, the PSD A/f^B of profiles.
 struct DrawnLine {
   double level = 0, at = 1, exponent = 0;
 };
@@ -99,10 +99,10 @@ void describe(Visitor& v, DrawnLine& line) {
              line.exponent, kNumber, Range{0.05, 15});
 }
 
-// The surface whose profiles have the line if it goes on for ever: Abel's relation, PHYSICS 3.
+// Sets the surface whose profiles have this line at all frequencies. Abel's relation gives it (PHYSICS 3).
 void take_line(const DrawnLine& line, PowerLawPsd& m) {
   const KCorrelation2d surface = k_correlation_1d_to_2d(
-      {line.level * std::pow(line.at, line.exponent), 1, line.exponent});  // far above a knee at 1 cycle/m
+      {line.level * std::pow(line.at, line.exponent), 1, line.exponent});  // far above its knee at 1 cycle/m
   m.amplitude = surface.amplitude;
   m.exponent = surface.exponent;
 }

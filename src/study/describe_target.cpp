@@ -7,7 +7,8 @@
 namespace aberfit::internal {
 namespace {
 
-// Of an encircled energy, as a length or an angle on the sky; `per_radius`: 2 where it is a diameter.
+// Describes an encircled-energy radius, as a length or an angle on the sky. `per_radius` is 2 if the key is a
+// diameter.
 void describe_radius(Visitor& v, StatisticRequest& s, double focal_length, double per_radius) {
   std::optional<std::variant<std::string, double>> extent;
   if (s.value) extent = per_radius * *s.value;
@@ -47,7 +48,7 @@ void describe_plain_value(Visitor& v, StatisticRequest& s, Dimension dimension) 
              dimension, Range::non_negative());
 }
 
-// focal_length, per_radius: of encircled energies.
+// Only encircled energies use focal_length and per_radius.
 void describe_value(Visitor& v, StatisticRequest& s, double focal_length, double per_radius) {
   const Dimension dimension = kind_of_key(s.name).dimension;
   const bool share = dimension == kFraction;
@@ -74,7 +75,7 @@ void describe_planes(Visitor& v, StatisticRequest& s) {
           std::to_string(s.planes.size()) + " planes for one value", "one plane where value is given");
 }
 
-// Where a statistic is asked for: at several radii, say; a given value is that of one.
+// Describes the places where a statistic is asked for, such as radii. A given value needs exactly one place.
 void describe_places(Visitor& v, const StudyOption& option, StatisticRequest& s) {
   v.quantities({option.key, option.text, kRequired, option.example}, s.places, option.dimension,
                Range::positive(), true);

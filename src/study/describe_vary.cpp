@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The block in which the pointer is; what a case's result is not made of cannot vary.
+// Blocks that do not enter the result of a case cannot vary.
 bool can_vary(const std::string& pointer) {
   for (const char* block : {"/vary", "/aberfit", "/output", "/verify", "/title", "/description", "/$schema"})
     if ((pointer + "/").starts_with(std::string(block) + "/")) return false;

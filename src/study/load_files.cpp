@@ -17,7 +17,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Path of a data file next to the study; throws unless it is a readable file.
+// Path of a data file, relative to the study's folder. Throws unless it is a readable file.
 std::string locate(const Study& study, const std::string& file, const std::string& pointer) {
   const std::filesystem::path path = std::filesystem::path(study.path).parent_path() / file;
   std::error_code error;
@@ -128,7 +128,7 @@ bool is_loaded(const FocusSpec& focus) {
   return !curve || curve->radius.size() > 0;
 }
 
-// A curve's or an image's own errors name its file and line.
+// Errors in a curve or an image already name its file and line.
 void load_focus(FocusSpec* focus, const std::string& path) {
   if (focus->kind == "image" || (focus->kind == "auto" && is_focal_image(path)))
     focus->measured.data = read_focal_image(path);
@@ -136,9 +136,10 @@ void load_focus(FocusSpec* focus, const std::string& path) {
     focus->measured.data = read_encircled_curve(path, focus->radius_unit);
 }
 
-constexpr double kNoticedShare = 1e-3;  // a band cut that leaves out less is not worth a word
+constexpr double kNoticedShare = 1e-3;  // fraction of a variance; we warn if more is left out
 
-// What reading the tables of the specification left out of them, and what measuring it ran into.
+// Warns of what was left out of the tables of the specification, and repeats the warnings of its
+// measurements.
 void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
   if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
     for (const RoughnessModel& part : sum->parts) warn_of_data(part, warnings);

@@ -38,7 +38,7 @@ MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
   return source;
 }
 
-// An option as it is given: --value-unit on the command line, the key "value_unit" in a study.
+// The option as the user writes it: --value-unit on the command line, the key "value_unit" in a study.
 std::string option_name(const std::string& key, bool typed) {
   if (!typed) return "\"" + key + '"';
   std::string flag = "--" + key;
@@ -60,8 +60,8 @@ std::string as_given(const std::string& text, bool typed) {
   return result.append(at, text.cend());
 }
 
-// One message for everything that a file leaves open.
-// choices: what there is to choose from, where the first fact is a choice.
+// Throws one message for everything that a file leaves open. choices: the alternatives, if the first fact is
+// a choice.
 [[noreturn]] void ask_for(const std::vector<std::string>& facts, bool typed, const std::string& where,
                           const std::string& pointer, const std::string& file,
                           const std::string& choices = "") {
@@ -99,7 +99,8 @@ double largest_height(const HeightMap& map) {
   return map.height.isFinite().select(map.height.abs(), 0.0).maxCoeff();
 }
 
-// What is left of a constant or a parabola after detrending is rounding, and rounding has a PSD, too.
+// After detrending, only rounding is left of a constant or a parabola. Rounding has a PSD, too, so we refuse
+// it.
 PsdEstimate estimate(const Measurement& data, const PsdEstimatorOptions& options, int threads) {
   constexpr double kRounding = 1e-13;
   return std::visit(
@@ -142,7 +143,7 @@ void warn_of_bands_beyond(const PsdEstimate& estimate, const std::vector<Frequen
   }
 }
 
-// A model of red bins follows the many; the RMS is in the few of lowest frequency.
+// The fit of a steep PSD follows its many bins, but most of the RMS is in the few bins of lowest frequency.
 void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
   if (fit->status == PsdFitStatus::kFailed) return;
   constexpr double kNoticed = 0.1;

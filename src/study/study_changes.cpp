@@ -33,7 +33,7 @@ Change split_change(const std::string& change) {
   return {change.substr(0, equals), change.substr(equals + 1)};
 }
 
-// RFC 6901: the keys on the way, ~1 a slash and ~0 a tilde.
+// The keys of a JSON pointer (RFC 6901), in which ~1 stands for a slash and ~0 for a tilde.
 std::vector<std::string> keys_of_pointer(const Change& change, const std::string& typed) {
   std::vector<std::string> keys;
   for (std::size_t at = 1;;) {

@@ -11,9 +11,9 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kSameLength = 1e-9;  // rounding of a length that was computed and written down
+constexpr double kSameLength = 1e-9;  // rounding of a computed length in a file
 
-// A file that leaves them out is not read this far; a program may have forgotten them.
+// The reader has already refused a file without these values, but a program may have forgotten them.
 void check_required(const Study& study) {
   const auto require = [&](double length, const char* pointer, const char* what) {
     if (!(length > 0))
@@ -49,7 +49,7 @@ void check_psd(const Study& study, const PsdModel& model, const std::string& poi
   const std::string problem = psd_problem(model);
   if (!problem.empty()) throw InputError(study.path, pointer, problem, "a PSD with finite height variance");
   const PsdMoments moments = psd_moments(RadialPsd(model));
-  // Light alone, which budgets are about, takes its structure function.
+  // Budgets concern only the light, and for that the structure function is enough.
   if (!std::isfinite(moments.height_variance) && !study.solve)
     throw InputError(
         study.path, pointer, "a PSD whose height variance is infinite",
@@ -60,7 +60,7 @@ void check_psd(const Study& study, const PsdModel& model, const std::string& poi
                      "f_max, or a 2-D exponent above 4, because rays need a finite RMS slope");
 }
 
-// Without a PSD there is nothing to predict targets, draws or term orders from.
+// Without a PSD we cannot predict targets, realisations or orders of terms.
 void check_without_roughness(const Study& study) {
   const auto fail = [&](const std::string& pointer, const std::string& found, const std::string& allowed) {
     throw InputError(study.path, pointer, found, allowed + ", because the study has no roughness");
@@ -89,9 +89,9 @@ void check_without_roughness(const Study& study) {
          "terms/zernike needs the highest radial order, such as \"n_max\": 20");
 }
 
-// Known before the fit, so said before the fit.
+// These problems are known before the fit, so we report them before it.
 void check_exports(const Study& study) {
-  constexpr int kListedOrder = 20;  // of OpticStudio's Zernike surfaces: 231 terms
+  constexpr int kListedOrder = 20;  // highest order of OpticStudio's Zernike surfaces: 231 terms
   const auto& zernike = study.terms.zernike;
   for (std::size_t i = 0; i < study.output.exports.size(); ++i) {
     const ExportFormat format = study.output.exports[i];
@@ -108,7 +108,7 @@ void check_exports(const Study& study) {
   }
 }
 
-// Where a ring or a line spread is widest differs from wavelength to wavelength.
+// The place where a ring or a line spread is widest depends on the wavelength.
 void check_band(const Study& study) {
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {

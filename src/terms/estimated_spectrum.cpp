@@ -131,7 +131,7 @@ std::unique_ptr<SurfaceSpectrum> estimated_spectrum(const TermSet& terms, const 
   if (!(terms.radius > 0)) throw std::invalid_argument("the square must lie in a disc of positive radius");
   if (grid_size < 4) throw std::invalid_argument("a spectrum needs a grid of at least 4 x 4 points");
   const double pitch = std::sqrt(2.0) * terms.radius / grid_size;
-  // the size to which the estimator cuts a map
+  // This is the size to which the estimator cuts a map.
   auto spectrum =
       std::make_unique<EstimatedSpectrum>(terms, options, int(smooth_up_to(grid_size)), pitch, threads);
   *low = spectrum->edges().low;

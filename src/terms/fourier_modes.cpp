@@ -62,7 +62,7 @@ std::vector<FourierMode> log_rings(const Edges& edges, int count, std::uint64_t 
   return modes;
 }
 
-// Whether the square of side `pitch` about (i, j) pitch overlaps the ring in more than an edge.
+// Returns whether the square of side `pitch` about (i, j) pitch overlaps the ring in more than an edge.
 bool has_part(int i, int j, double pitch, const Edges& edges) {
   const double x = std::abs(i), y = std::abs(j);
   const double nearest = pitch * std::hypot(std::max(x - 0.5, 0.0), std::max(y - 0.5, 0.0)),

@@ -138,13 +138,13 @@ Index polar_rays(const TermSet& terms, Index points) {
 }  // namespace
 
 std::string to_string(ZernikeMethod method) {
-  // In the order of the enum.
+  // The order is that of the enum.
   static constexpr const char* kNames[] = {"fused", "polar"};
   return kNames[std::size_t(method)];
 }
 
 std::string to_string(FourierMethod method) {
-  // In the order of the enum.
+  // The order is that of the enum.
   static constexpr const char* kNames[] = {"phase-sums", "lattice"};
   return kNames[std::size_t(method)];
 }

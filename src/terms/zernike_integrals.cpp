@@ -26,7 +26,7 @@
 namespace aberfit::internal {
 namespace {
 
-// In x; J_a J_b oscillates 5 times on 24 nodes, error below 1e-15 (j_48(16)).
+// The width is in x; J_a J_b oscillates 5 times on 24 nodes, error below 1e-15 (j_48(16)).
 constexpr double kPanelWidth = 16;
 constexpr double kHankelFrom = 30;  // in x
 constexpr double kTailOrders =

@@ -105,7 +105,7 @@ Eigen::Vector2d refined(const Samples& samples, Eigen::Vector2d p) {
 // Chooses the sines of an automatic range.
 void choose_range(const ScatterFunction& scatter, double floor, double* low, double* high) {
   const double start = 0.1 * scatter.lowest_sine();
-  double below = std::log(start), above = 0;  // of the sine within which kLightBelow lies
+  double below = std::log(start), above = 0;  // logarithms of sines; kLightBelow lies between
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (below + above);
     (scatter.within(std::asin(std::exp(middle))) < kLightBelow * scatter.tis() ? below : above) = middle;

@@ -255,7 +255,7 @@ class JacobianOfGhs {
     return moved(planes.lower) - moved(planes.upper);
   }
 
-  // I(w/2) = I(peak)/2; at the peak the irradiance does not change with the radius.
+  // The FWHM w solves I(w/2) = I(peak)/2. At the peak the irradiance does not change with the radius.
   double of_fwhm(double dz, double width) {
     const MeanSpot spot = ghs_.at_plane(dz);
     const double r = 0.5 * width;

@@ -106,7 +106,7 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
     places_[k] = std::uint32_t(layout.at(grid_.row[k], grid_.column[k]));
   const double cx = 0.5 * (grid_.x[0] + grid_.x[grid_.x.size() - 1]);
   const double cy = 0.5 * (grid_.y[0] + grid_.y[grid_.y.size() - 1]);
-  double dx = 0, dy = 0;  // of the cell farthest from the centre
+  double dx = 0, dy = 0;  // offset of the cell farthest from the centre
   for (std::size_t k = 0; k < grid_.column.size(); ++k) {
     const double x = grid_.x[grid_.column[k]] - cx, y = grid_.y[grid_.row[k]] - cy;
     if (x * x + y * y > dx * dx + dy * dy) {

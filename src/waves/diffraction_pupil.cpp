@@ -125,7 +125,7 @@ class PupilBuilder {
                           : std::array<std::ptrdiff_t, 2>{*low, *high - *low + 1};
     };
     const auto columns = range(grid_.column), rows = range(grid_.row);
-    const std::ptrdiff_t width = columns[1] + 4;  // with two opaque cells on each side
+    const std::ptrdiff_t width = columns[1] + 4;  // includes two opaque cells on each side
     std::vector<char> lit(std::size_t(width * (rows[1] + 4)), 0);
     std::vector<double> weight(lit.size(), 0.0);
     std::vector<std::ptrdiff_t> cell(end - begin);

@@ -181,7 +181,7 @@ using Statistic =
                  RmsHeight, StrehlRatio, ModulationTransfer, EnsquaredThrough>;
 
 const StatisticKind& kind_of(const Statistic& statistic);
-/// Whether the value is a fraction: encircled or ensquared energy (no profile points), Strehl ratio,
+/// Returns whether the value is a fraction: encircled or ensquared energy (no profile points), Strehl ratio,
 /// transfer.
 bool is_share(const Statistic& statistic);
 /// Offset from z = f of the plane of a statistic of the irradiance [m]. Returns nothing for a statistic
@@ -213,7 +213,7 @@ std::string name_without_unit(const std::string& name);
 /// `ensquared_within_20um`. Fractions and planes have at most 6 significant digits.
 std::string statistic_name(const Statistic& statistic);
 
-/// How a study names a statistic. The displayed number is the value times `per_si`.
+/// Name and unit of a statistic in a study. The displayed number is the value times `per_si`.
 struct AskedAs {
   std::string name;   ///< "ee80_diameter", "hew"; empty: name of the statistic
   std::string unit;   ///< "arcsec"; empty: a unit that suits the value

@@ -27,8 +27,8 @@ struct RandomSurfaceOptions {
 
 /// A realisation of a stationary surface with PSD S on rows x columns points of the given pitch [m], with the
 /// origin in the centre. Rows and columns may be odd, even and different. The expected variance is exactly
-/// int S over the frequencies of the grids: the rectangle |fx|, |fy| <= 1/(2 pitch) without the rectangle
-/// around zero whose width is one frequency step of the largest grid (longer waves). Throws
+/// int S over the frequencies of the grids. These are the rectangle |fx|, |fy| <= 1/(2 pitch) without a
+/// rectangle around zero (longer waves), as wide as one frequency step of the largest grid. Throws
 /// std::invalid_argument for sizes or options below 1 and a pitch that is not positive.
 HeightMap random_surface(const RadialPsd& psd, Eigen::Index rows, Eigen::Index columns, double pitch,
                          const RandomSurfaceOptions& options = {});

@@ -193,7 +193,7 @@ class GeneralisedHarveyShack {
   const GhsPupil& pupil() const { return pupil_; }
   /// One prediction per wavelength of a band; empty for one wavelength.
   const std::vector<std::shared_ptr<const GeneralisedHarveyShack>>& lines() const { return lines_; }
-  double rms_height() const { return rms_height_; }  ///< of the whole PSD [m]
+  double rms_height() const { return rms_height_; }  ///< RMS height of the whole PSD [m]
   double g() const {
     return g_;
   }  ///< 4 pi sigma/lambda, sigma [m] over the frequencies that scatter; may be infinite
@@ -242,7 +242,7 @@ class GeneralisedHarveyShack {
   bool is_band() const { return !lines_.empty(); }
   double share(std::size_t line) const;
   double mean_of_lines(const std::function<double(const GeneralisedHarveyShack& line)>& of) const;
-  double highest_frequency() const;  ///< of the image in the focus [cycles/m]
+  double highest_frequency() const;  ///< highest frequency of the image in the focus [cycles/m]
   /// The weighted sum of the transfer functions of all wavelengths, over the cutoff of the shortest one.
   MeanSpot sum_of_lines(double dz, const std::function<MeanSpot(std::size_t line)>& spot) const;
 
