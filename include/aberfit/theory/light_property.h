@@ -10,7 +10,7 @@ namespace aberfit {
 
 class AberratedLight;
 
-// Properties of the mean focal irradiance that are no statistics of rays (PHYSICS 2, "Of light alone").
+// Properties of the mean focal irradiance that are no statistics of rays (PHYSICS 2, "By wave optics alone").
 
 /// TIS: fraction of the energy that is scattered, 1 - core.
 struct TotalScatter {};

@@ -55,9 +55,8 @@ struct SpreadProblem {
 /// realisation differs from S, which moves the whole spot. M: pairs of different frequencies. The lower one
 /// scatters energy that the higher one moves across the edge of the disc; for each f
 ///   M = (k^2/area) int [K I_h I_h' + (I_c I_h' + I_h I_c')/2] (|p - p'| - |e|)^2 d2q,
-/// see ScrambledLight in src/theory. M replaces the speckle formula of PHYSICS 10 for a g of the rest
-/// above 1. It needs no threshold, conserves energy, and also holds where all the roughness is strong and the
-/// rest weak.
+/// see ScrambledLight in src/theory. The formula for fully developed speckle needs a g of the rest above 1. M
+/// needs no threshold, conserves energy, and also holds where all the roughness is strong and the rest weak.
 ///
 /// The wave that interferes with a symmetric mirror's own is odd in dz. It moves N(z) along the axis and does
 /// not change its width. The periodogram moves both planes alike. Pairs at the end of the width and in the
