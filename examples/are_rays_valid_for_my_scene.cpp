@@ -1,5 +1,6 @@
-// Are rays valid for my scene, or does it need wave optics? One polish seen in three colours: what decides is
-// how nearly quadratic the structure function is where it matters (kappa), not how large R or sigma is.
+// Are rays valid for my scene, or does it need wave optics? This program looks at one polish in three
+// colours. Rays are valid if the structure function is nearly quadratic where it matters (kappa); the size of
+// R or sigma does not decide.
 #include <fmt/format.h>
 
 #include "aberfit/theory/regime.h"

@@ -1,5 +1,6 @@
-// How many Zernike terms does a roughness need? The share of its height variance that the orders 2..n carry
-// over the aperture; piston and tilt (n = 0, 1) move no light out of the focus and are counted apart.
+// How many Zernike terms does a roughness need? This program prints the fraction of its height variance over
+// the aperture that the orders 2..n carry. Piston and tilt (n = 0, 1) do not widen the focus and are counted
+// separately.
 #include <fmt/format.h>
 
 #include "aberfit/method/plan.h"

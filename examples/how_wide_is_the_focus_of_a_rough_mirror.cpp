@@ -1,5 +1,5 @@
-// How wide is the focus of a rough mirror? Geometric Harvey-Shack theory, no ray traced: a 0.4 m parabola of
-// f = 2.8 m, polished to 100 nm RMS between 2.5 and 19.96 cycles/m.
+// How wide is the focus of a rough mirror? Geometric Harvey-Shack theory answers without tracing a ray, here
+// for a 0.4 m parabola of f = 2.8 m with 100 nm RMS between 2.5 and 19.96 cycles/m.
 #include <fmt/format.h>
 
 #include "aberfit/roughness/psd.h"
@@ -10,7 +10,7 @@ int main() {
   const aberfit::Aperture aperture = aberfit::CircleAperture{.diameter = 0.4};
   const aberfit::UniformPsd polish{.rms = 100e-9, .f_min = 2.5, .f_max = 19.96};  // [m], [cycles/m]
 
-  // All that geometry wants from the roughness is the standard deviation of its slope along one axis.
+  // Geometric theory needs only the standard deviation of the slope along one axis.
   const aberfit::PsdMoments moments = aberfit::psd_moments(aberfit::RadialPsd(polish));
   const double slope = moments.rms_slope_per_axis();
   const aberfit::GeometricHarveyShack focus(mirror, aperture, slope, aberfit::Convention::kPhysical,

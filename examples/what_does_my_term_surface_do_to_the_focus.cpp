@@ -1,5 +1,5 @@
-// What does a surface of given terms do to the focus? Traces 100 nm RMS of defocus, whose answer is known,
-// and then a seeded draw of a roughness, term by term of the same kind.
+// What does a surface of given terms do to the focus? This program traces 100 nm RMS of defocus, whose answer
+// is known, and then a seeded realisation of a roughness in terms of the same kind.
 #include <fmt/format.h>
 
 #include "aberfit/focus/evaluate.h"
@@ -10,7 +10,7 @@ namespace {
 const aberfit::Mirror kMirror{.focal_length = 2.8};
 const aberfit::Aperture kAperture = aberfit::CircleAperture{.diameter = 0.4};
 
-// Radius of 90 % of the light and RMS scatter angle of the mirror plus these terms.
+// Prints the radius of 90 % encircled energy and the RMS scatter angle of the mirror plus these terms.
 void report(const char* what, const aberfit::TermSet& terms, const Eigen::VectorXd& coefficients) {
   const aberfit::PupilSample pupil =
       aberfit::make_pupil(kAperture, {.layout = aberfit::PupilLayout::kSobol, .rays = 65536});

@@ -1,5 +1,5 @@
-// What is the PSD of my profile? Here the profile is drawn from a known surface, so that the answer can be
-// judged; read_measurement (aberfit/measured/read_measurement.h) gives one from a file.
+// What is the PSD of my profile? Here the profile is a realisation of a known surface, so that the answer can
+// be judged. read_measurement (aberfit/measured/read_measurement.h) reads a profile from a file.
 #include <fmt/format.h>
 
 #include "aberfit/roughness/random_surface.h"

@@ -1,7 +1,7 @@
-// What would an instrument write of my mirror? Measured files of three mirrors whose truth is known, because
-// it is put in here: two profiles of slopes as DABAM has them and an interferogram as Zygo MetroPro. Read
-// them with `aberfit psd` or a study (fits/measured-smooth, measured-turning-lines, map-zygo) and see what
-// comes back.
+// What would an instrument write of my mirror? This program writes files of three mirrors whose truth is
+// known: two profiles of slopes in the format of DABAM and an interferogram in that of Zygo MetroPro. Read
+// them with `aberfit psd` or a study (fits/measured-smooth, measured-turning-lines, map-zygo) and compare the
+// result.
 #include <fmt/format.h>
 
 #include <bit>
@@ -29,8 +29,8 @@ Eigen::ArrayXd positions(Eigen::Index points, double pitch) {
   return Eigen::ArrayXd::LinSpaced(points, -0.5, 0.5) * pitch * double(points - 1);
 }
 
-// Slopes [rad] at x of a line over a surface with this PSD: plane waves every eighth of 1/length up to half
-// the sampling rate with normal amplitudes, each slope exact.
+// Random slopes [rad] at x on a line over a surface with this PSD. They are a sum of plane waves with normal
+// amplitudes, every eighth of 1/length up to half the sampling rate, and exact for that sum.
 Eigen::ArrayXd drawn_slopes(const aberfit::RadialPsd& psd, const Eigen::ArrayXd& x, const char* name) {
   const aberfit::RandomStream stream(1, name);
   const double step = 1 / (8 * (x[x.size() - 1] - x[0]));
@@ -43,9 +43,9 @@ Eigen::ArrayXd drawn_slopes(const aberfit::RadialPsd& psd, const Eigen::ArrayXd&
   return slopes;
 }
 
-// Slope at x of an ellipse with these arms and grazing angle, x = 0 at the pole: the normal halves the angle
-// between the rays to the foci. Newton's method for the height; in extended precision, as the rays nearly
-// cancel.
+// Slope at x of an ellipse with these arms and grazing angle; the pole is at x = 0. The normal halves the
+// angle between the rays to the foci. Newton's method finds the height, in extended precision because the
+// rays nearly cancel.
 double ellipse_slope(double p, double q, double theta, double at) {
   using Real = long double;
   const Real c = std::cos(Real(theta)), s = std::sin(Real(theta)), x = at;
@@ -60,7 +60,7 @@ double ellipse_slope(double p, double q, double theta, double at) {
   return double(-ex / ez);
 }
 
-// A DABAM pair, FILE_FORMAT 1: positions in mm, slopes in urad.
+// Writes a DABAM pair, FILE_FORMAT 1: positions in mm, slopes in urad.
 void write_dabam(const std::filesystem::path& folder, const std::string& name, const std::string& what,
                  const Eigen::ArrayXd& x, const Eigen::ArrayXd& slopes) {
   write(folder / (name + ".txt"),
@@ -74,7 +74,7 @@ void write_dabam(const std::filesystem::path& folder, const std::string& name, c
   write(folder / (name + ".dat"), data);
 }
 
-// fits/measured-smooth: an elliptical mirror of 350 mm and the roughness that the polish left.
+// For fits/measured-smooth, this is an elliptical mirror of 350 mm with the roughness that the polish left.
 void write_smooth(const std::filesystem::path& folder) {
   const aberfit::PowerLawPsd truth{
       .rms = {}, .amplitude = 2.5e-17, .exponent = 4.5, .f_min = 1, .f_max = 1e5};
@@ -85,7 +85,7 @@ void write_smooth(const std::filesystem::path& folder) {
   fmt::print("smooth: 2-D PSD {:.3g} m^4 (f m)^-{:g}\n", *truth.amplitude, truth.exponent);
 }
 
-// fits/measured-turning-lines: a metre of a flat that was turned before it was polished.
+// For fits/measured-turning-lines, this is one metre of a flat that was turned and then polished.
 void write_turned(const std::filesystem::path& folder) {
   const aberfit::PowerLawPsd truth{.rms = {}, .amplitude = 4e-18, .exponent = 3, .f_min = 1, .f_max = 1e5};
   const double line_rms = 0.3e-9, line_frequency = 125;
@@ -102,8 +102,9 @@ void put(std::string* bytes, std::size_t at, std::uint32_t value, int width) {
   for (int i = 0; i < width; ++i) (*bytes)[at + std::size_t(i)] = char(value >> (8 * (width - 1 - i)));
 }
 
-// A MetroPro .dat, header format 2, big-endian, without intensity; the top row comes first. In a wave of the
-// surface's interferometric scale 1/2 there are 32,768 counts; points without a height have an invalid code.
+// A MetroPro .dat file, header format 2, big-endian, without intensity; the top row comes first. One wave has
+// 32,768 counts, and heights have the interferometric scale 1/2. Points without a height have an invalid
+// code.
 std::string metropro(const aberfit::HeightMap& map, const std::string& comment) {
   constexpr float kScale = 0.5f, kWavelength = 6.328e-7f;
   const Eigen::Index rows = map.rows(), columns = map.columns();
@@ -128,8 +129,8 @@ std::string metropro(const aberfit::HeightMap& map, const std::string& comment) 
   return bytes;
 }
 
-// fits/map-zygo: a part of 51 mm whose terms are known over its clear aperture of 48.4 mm; a rim that is
-// turned down by 300 nm, bites out of it, and dropouts.
+// For fits/map-zygo, this is a part of 51 mm whose terms are known over its clear aperture of 48.4 mm. Its
+// rim is turned down by 300 nm and has gaps, and the map has dropouts.
 void write_interferogram(const std::filesystem::path& folder) {
   const std::pair<int, double> terms[] = {{4, 12e-9}, {5, -18e-9}, {6, 22e-9},  {7, 9e-9}, {8, -6e-9},
                                           {9, 4e-9},  {10, -5e-9}, {11, 10e-9}, {22, 4e-9}};

@@ -1,11 +1,11 @@
-// Which aberration terms match my roughness specification? The whole path of `aberfit fit` from a program:
-// a study, the fit by waves that this mirror needs, and the verdict on a grid it has not seen.
+// Which aberration terms match my roughness specification? This program does the same as `aberfit fit`: a
+// study, the fit by waves that this mirror needs, and the verdict on a grid that the fit has not seen.
 #include <fmt/format.h>
 
 #include "aberfit/aberfit.h"
 
 int main() {
-  // What is not said is what a study file would leave out.
+  // Members that are not set keep the defaults of a study file.
   aberfit::Study study;
   study.mirror.focal_length = 2.8;                      // [m]
   study.aperture = aberfit::CircleAperture{0.4};        // [m]

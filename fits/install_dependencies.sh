@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what aberfit is built from and tested with: Debian packages only. Does nothing when all are there.
-#   --with-clang   also what fuzzing and clang-tidy need
+# Installs the Debian packages that aberfit is built from and tested with. Does nothing if all are installed.
+#   --with-clang   also installs what fuzzing and clang-tidy need
 set -euo pipefail
 
 packages=(
@@ -17,7 +17,7 @@ packages=(
 )
 
 if [ "${1:-}" = --with-clang ]; then
-  # 14 is Debian 12's, whose clang does not bring its sanitizers by itself; llvm has what names functions in their reports.
+  # Debian 12 has clang 14 and packages its sanitizers separately; llvm names the functions in their reports.
   packages+=(clang clang-tidy libclang-rt-14-dev llvm)
 fi
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Sets everything up on a fresh Debian machine and runs a study: dependencies, release build, fit, verdict, pictures.
+# Runs a study on a fresh Debian machine: installs dependencies, builds the release, fits, judges and draws
+# pictures.
 #   bash fits/run.sh [STUDY.json]      default: the study of the README, fits/paper-mirror/study.json
 set -euo pipefail
 study=$(realpath "${1:-$(dirname "$0")/paper-mirror/study.json}")

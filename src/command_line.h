@@ -7,7 +7,7 @@
 
 namespace aberfit::internal {
 
-/// What was typed, as far as it is not in CommandLine yet.
+/// The command line, and the typed options that it does not hold yet.
 struct TypedCommand {
   CommandLine line;
   std::map<std::string, std::string> psd_texts;  ///< options of `psd FILE` by their key of the study format
@@ -16,7 +16,7 @@ struct TypedCommand {
 
 /// Gives the app every command and option of the program; parsing fills `typed`, which must outlive it.
 void describe_commands(CLI::App* app, TypedCommand* typed);
-/// After parsing: the options of `psd` into the command line.
+/// Moves the options of `psd` into the command line, after parsing.
 void take_psd_options(TypedCommand* typed);
 
 }  // namespace aberfit::internal

@@ -23,7 +23,7 @@ namespace {
 
 using aberfit::ExitCode;
 
-// What stands where a command should; the parser would only say that one is missing.
+// Reports an unknown word in place of a command; the parser would only say that a command is missing.
 void require_known_command(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   std::vector<std::string> names;
@@ -42,13 +42,13 @@ void require_known_command(const CLI::App& app, int argc, char** argv) {
                             guess + fmt::format("{}", fmt::join(names, ", ")));
 }
 
-// As a shell takes it.
+// Quotes the text for a shell if necessary.
 std::string in_shell(const std::string& text) {
   const bool plain = !text.empty() && text.find_first_of(" \t\n\"'\\$`*?[]{}()<>|&;!#~") == text.npos;
   return plain ? text : aberfit::internal::shell_text(text);
 }
 
-// The options that a misspelt one may be meant as, for what CLI11 only calls unexpected.
+// Suggests options for a misspelt one, which CLI11 only calls unexpected.
 void guess_options(const CLI::App& app, int argc, char** argv) {
   std::vector<std::string> names;
   for (const CLI::App* of : app.get_subcommands())
@@ -74,8 +74,8 @@ int print_manual(const CLI::App& app, const std::string& form) {
 
 int run(int argc, char** argv) {
   CLI::App app(
-      "Equivalent aberration terms of rough mirrors: a surface of Zernike, Fourier and spherical terms whose "
-      "traced focus is statistically equivalent to the Harvey-Shack scatter of a roughness specification.",
+      "Equivalent aberration terms of rough mirrors: finds a surface of Zernike, Fourier and spherical terms "
+      "whose focus is statistically equivalent to the Harvey-Shack scatter of a roughness specification.",
       "aberfit");
   app.formatter(std::make_shared<aberfit::internal::HelpFormatter>());
   aberfit::internal::TypedCommand typed;
@@ -119,14 +119,14 @@ int main(int argc, char** argv) {
     return run(argc, argv);
   } catch (const aberfit::InputError& error) {
     return fail(ExitCode::kBadInput, error.what());
-  } catch (const aberfit::FieldError& error) {  // commands name the file; without it the field is still told
+  } catch (const aberfit::FieldError& error) {  // commands add the file; the field alone still helps
     return fail(ExitCode::kBadInput, error.what());
   } catch (const aberfit::Interrupted& error) {
     return fail(ExitCode::kInterrupted, fmt::format("{}; nothing is written", error.what()));
   } catch (const std::bad_alloc&) {
     return fail(
         ExitCode::kComputationFailed,
-        "the computation failed: not enough memory; fewer terms or rays, or a larger margin, take less");
+        "the computation failed: not enough memory; fewer terms or rays, or a larger margin, need less");
   } catch (const std::exception& error) {
     return fail(ExitCode::kComputationFailed, fmt::format("the computation failed: {}", error.what()));
   }

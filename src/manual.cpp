@@ -1,4 +1,5 @@
-// The description of the command line (command_line.cpp) as text: help, manual page, completions of shells.
+// Turns the description of the command line (command_line.cpp) into help, manual page and completions of
+// shells.
 #include "manual.h"
 
 #include <fmt/format.h>
@@ -15,9 +16,9 @@ namespace {
 
 // An option or argument as the texts show it.
 struct Shown {
-  std::vector<std::string> names;  // "-o", "--output"; of an argument "STUDY"
+  std::vector<std::string> names;  // "-o", "--output"; "STUDY" for an argument
   std::string value;               // "DIR"; empty: a flag
-  std::vector<std::string> words;  // what the value may be, where that is a list
+  std::vector<std::string> words;  // allowed values, if there is a list
   std::string meaning;
   bool is_argument, is_required, is_repeated;
 
@@ -27,7 +28,7 @@ struct Shown {
   }
 };
 
-// CLI11 puts what may stand for a value behind its name: "FORMAT:{npz,csv,none}".
+// CLI11 writes the allowed values behind the name of the value: "FORMAT:{npz,csv,none}".
 Shown shown(const CLI::Option& option) {
   Shown result;
   for (const std::string& name : option.get_snames()) result.names.push_back("-" + name);
@@ -80,7 +81,7 @@ std::vector<std::string> lines_of(const std::string& footer) {
 
 std::string heading(const std::string& text) { return "\n" + toned(text, Tone::kStrong, stdout) + "\n"; }
 
-// Heads in one column, meanings in the other; a head that is too long has a line of its own.
+// Puts heads in one column and meanings in the other. A head that is too long has its own line.
 std::string two_columns(const std::vector<std::pair<std::string, std::string>>& rows, int width) {
   constexpr std::size_t kWidest = 22;
   std::string text;
@@ -102,7 +103,7 @@ std::string options_text(const CLI::App& app, bool arguments, int width) {
   return rows.empty() ? "" : heading(arguments ? "Arguments" : "Options") + two_columns(rows, width);
 }
 
-// roff takes a backslash, and a dot or an apostrophe that begins a line, for its own.
+// roff gives a meaning to a backslash, and to a dot or an apostrophe at the start of a line.
 std::string roff(const std::string& text) {
   std::string result;
   bool quoted = false;
@@ -159,7 +160,7 @@ std::string help_text(const CLI::App& app, int width) {
     rows.emplace_back(command->get_name(), command->get_description());
   if (!rows.empty())
     text += heading("Commands") + two_columns(rows, width) +
-            wrapped("`aberfit COMMAND --help` explains a command and has examples.", width) + "\n";
+            wrapped("`aberfit COMMAND --help` explains a command with examples.", width) + "\n";
   text += options_text(app, true, width) + options_text(app, false, width);
   if (app.get_parent())
     text += "  " +

@@ -4,14 +4,14 @@
 
 namespace aberfit::internal {
 
-/// What --help prints of the app or of one of its commands, in lines of `width` characters.
+/// The text that --help prints for the app or one of its commands, in lines of `width` characters.
 std::string help_text(const CLI::App& app, int width);
-/// The same of all commands as a manual page (man), and as completions for the shells bash and fish.
+/// All commands as a manual page (man), and as completions for the shells bash and fish.
 std::string man_page(const CLI::App& app);
 std::string bash_completion(const CLI::App& app);
 std::string fish_completion(const CLI::App& app);
 
-/// Text in single quotes of a shell.
+/// The text in single quotes for a shell.
 std::string shell_text(const std::string& text);
 
 /// Makes CLI11 print help_text.

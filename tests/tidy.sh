@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# clang-tidy over the library and the program, with the checks of .clang-tidy; fails where it finds anything.
+# Runs clang-tidy on the library and the program with the checks of .clang-tidy; fails if it finds anything.
 #   bash tests/tidy.sh [ROOM...]      e.g. bash tests/tidy.sh measured study
-# A room is read as one unit, as it is compiled, so that headers are read once: minutes each.
+# It reads a room as one unit, as it is compiled, so that headers are read once. Each room takes minutes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 bash fits/install_dependencies.sh --with-clang
-# Of clang's own commands: it does not read precompiled headers of GCC.
+# clang-tidy needs the compile commands of clang, because it cannot read precompiled headers of GCC.
 cmake -S . -B build/tidy -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DABERFIT_TESTS=OFF >/dev/null
 mapfile -t units < <(grep -oP '"file": "\K[^"]+' build/tidy/compile_commands.json)
 status=0

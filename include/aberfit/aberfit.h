@@ -1,10 +1,10 @@
 #pragma once
 
-/// Everything that aberfit offers a program, room by room in the order in which they build on each other: all
-/// public headers, so that every type in a signature is complete and there is no list of favourites to agree
-/// on. For a first program, a notebook, a binding. It takes 2 s to compile, as commands/run.h alone does; who
-/// needs a single subject includes that header in half the time. JSON is only named: who calls `to_json`
-/// includes <nlohmann/json.hpp>. No file of the library includes this one.
+/// Includes all public headers, room by room in the order in which they build on each other, so that every
+/// type in a signature is complete. It serves a first program, a notebook or a binding, and compiles as fast
+/// as commands/run.h alone. A program that needs a single subject includes only that header, in half the
+/// time. JSON is only declared: a program that calls `to_json` includes <nlohmann/json.hpp>. No file of the
+/// library includes this one.
 
 // core: units, errors, warnings, random streams, threads, instruction sets.
 #include "aberfit/core/constants.h"

@@ -44,8 +44,8 @@ RangeEnds ends_of(const VaryAxis& range) {
     if (!read_number(*text, end)) throw UnitError(*text);
   RangeEnds ends{from.number, to.number * factor_between(to.unit, from.unit), from.unit};
   if (range.spacing == "log" && !(ends.from > 0 && ends.to > 0))
-    throw std::invalid_argument("a logarithmic range from or to zero or below");
-  if (ends.from == ends.to) throw std::invalid_argument("a range of one value");
+    throw std::invalid_argument("a logarithmic range that reaches zero or less");
+  if (ends.from == ends.to) throw std::invalid_argument("a range with equal ends");
   return ends;
 }
 

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostShown = 6;
 
-// Base and values identify a case, unless a file varies or an earlier study had it; then it is read.
+// Base and values identify a case. If a file varies or an earlier study had the case, we must read it.
 const CaseRecord* record_at(const StudyCases& cases, const CasePlan& plan, const KnownCases& known,
                             std::size_t index) {
   const CaseValues at = plan.at(index);

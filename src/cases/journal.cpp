@@ -27,18 +27,18 @@ constexpr int kMostWorkers = 9999;
 
 [[noreturn]] void refuse_journal(const std::string& path) {
   throw InputError(path, "", fmt::format("a failing write ({})", std::strerror(errno)),
-                   "a place that can be written to");
+                   "a folder with permission to write and free space");
 }
 
 void make_folder(const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
-    throw InputError(folder, "", fmt::format("a folder that cannot be made ({})", error.message()),
-                     "a place that can be written to");
+    throw InputError(folder, "", fmt::format("a folder that cannot be created ({})", error.message()),
+                     "a folder with permission to write and free space");
 }
 
-// The lock ends with the process that holds it. On a file system without locks every process gets one.
+// The lock ends with its process. On a file system without locks every process gets one.
 bool lock_file(int fd) { return ::flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK; }
 bool has_locks(int fd) { return ::flock(fd, LOCK_EX | LOCK_NB) == 0 || errno == EWOULDBLOCK; }
 
@@ -191,9 +191,9 @@ ShareLock::ShareLock(const std::string& folder, int share, int shares, double pa
   for (double waited = 0; held_by_others(); waited += kBetweenTries) {
     if (waited >= patience) {
       ::close(fd_);
-      throw InputError(folder, "", "another run at work on these cases",
-                       "one run at a time, by as many threads or ranks as there are; or runs that all have "
-                       "their --shard i/n");
+      throw InputError(folder, "", "another run that works on these cases",
+                       "one run at a time (with any number of threads or ranks), or several runs that all "
+                       "have their own --shard i/n");
     }
     std::this_thread::sleep_for(std::chrono::duration<double>(kBetweenTries));
   }

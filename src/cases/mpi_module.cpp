@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kAsk = 1, kWork = 2, kLeave = 3;
 
-// MPI waits by polling, which would occupy a processor.
+// MPI waits by polling, so we pause between polls to keep the processor free.
 constexpr std::chrono::microseconds kBetweenLooks{200};
 
 }  // namespace

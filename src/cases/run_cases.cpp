@@ -35,7 +35,7 @@ std::string text_of_current_error() {
   } catch (const std::bad_alloc&) {
     return "not enough memory";
   } catch (const std::exception& error) {
-    return *error.what() ? error.what() : "an error without a text";
+    return *error.what() ? error.what() : "an error without a message";
   }
 }
 
@@ -163,7 +163,8 @@ std::string progress_text(std::size_t done, std::size_t all, std::size_t failed,
   std::string text = fmt::format("{} of {} cases", grouped(double(done)), grouped(double(all)));
   if (done > 0 && seconds > 0) {
     const double rate = double(done) / seconds, left = double(all - std::min(all, done)) / rate;
-    text += rate >= 1 ? fmt::format(", {:.3g} a second", rate) : fmt::format(", {:.3g} s a case", 1 / rate);
+    text +=
+        rate >= 1 ? fmt::format(", {:.3g} per second", rate) : fmt::format(", {:.3g} s per case", 1 / rate);
     text += left < 100    ? fmt::format(", {:.0f} s left", left)
             : left < 6000 ? fmt::format(", {:.0f} min left", left / 60)
                           : fmt::format(", {:.1f} h left", left / 3600);

@@ -63,7 +63,7 @@ Shard read_shard(const std::string& text, const Environment& environment) {
   const std::optional<ArrayTask> task = array_task(environment);
   if (text.empty()) {
     if (!task || task->count < 2 || task->count > kMostShards || task->id < 0) return {};
-    if (task->has_gaps) refuse_shard("a job array of single numbers");
+    if (task->has_gaps) refuse_shard("a job array with gaps in its numbers");
     return {int(task->id % task->count), int(task->count)};
   }
   const std::string found = fmt::format("--shard \"{}\"", text);

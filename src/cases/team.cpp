@@ -74,7 +74,7 @@ Place place_of(const Environment& environment) {
   return {};
 }
 
-// Next to the program, or in its installation folder.
+// The module is next to the program, or in its installation folder.
 std::vector<std::string> places_of_module() {
   namespace fs = std::filesystem;
   std::error_code error;

@@ -90,16 +90,16 @@ void judge_row(const ChartBench& bench, const Layout& layout, const Attempt& att
     errors.push_back(std::abs(metric.difference) * margin / metric.margin);
     known_to = std::max(known_to, metric.standard_error * margin / metric.margin);
   }
-  set_errors(errors, "targets of light", known_to, row);
+  set_errors(errors, "targets by wave optics", known_to, row);
   const double light = row->error;
   const std::optional<BandShares>& shares = layout.ground.shares;
   const double spread = shares ? shares->spread * margin : 0;
   errors.push_back(spread);
-  set_errors(errors, spread > light ? "mean of mirrors that share the terms" : "targets of light", known_to,
-             row);
+  set_errors(errors, spread > light ? "mean of mirrors with the same terms" : "targets by wave optics",
+             known_to, row);
   row->note =
-      fmt::format("light {:.3g} %, spread {:.3g} %{}; TIS of the rest {:.2g} %", 100 * light, 100 * spread,
-                  spread > 0 ? fmt::format(" ({})", name_without_unit(shares->spread_of)) : "",
+      fmt::format("difference {:.3g} %, spread {:.3g} %{}; TIS of the scatter {:.2g} %", 100 * light,
+                  100 * spread, spread > 0 ? fmt::format(" ({})", name_without_unit(shares->spread_of)) : "",
                   shares ? 100 * shares->tis : 0);
 }
 
@@ -151,8 +151,8 @@ std::vector<ChartRow> fitted_rows(const ChartBench& bench, const std::vector<Cut
 
 ChartFamily chart_bands(const ChartBench& bench, double seconds) {
   ChartFamily family =
-      family_of("bands", "Terms below a frequency f_c, scatter above",
-                "largest error in light of all encircled energies, or spread between mirrors",
+      family_of("bands", "Terms below a frequency f_c, scatter above it",
+                "largest wave-optics error of all encircled energies, or spread among mirrors",
                 "search for terms, fit and judgement", bench.margin());
   family.skipped = why_no_cut(bench);
   if (!family.skipped.empty()) return family;
@@ -161,12 +161,12 @@ ChartFamily chart_bands(const ChartBench& bench, double seconds) {
   std::string left_out;
   family.rows = fitted_rows(bench, cuts_of(bench), clock, &left_out);
   family.remark = fmt::format(
-      "The error is the larger of two, which the note of a row names: what the encircled energies of the "
-      "mean miss, held out or not, and one standard deviation of what mirrors that share the terms differ by "
-      "in "
-      "the light that is judged. The automatic cut keeps the second below {:.0f} % of the margin.",
+      "The error is the larger of two that the note of a row names. One is the largest difference of the "
+      "mean's encircled energies, fitted or held out. The other is the standard deviation of judged "
+      "statistics among mirrors with the same terms. The automatic cut keeps it below {:.0f} % of the "
+      "margin.",
       100 * law::kShareOfMargin);
-  if (!left_out.empty()) family.remark += " Left out for time: " + left_out + ".";
+  if (!left_out.empty()) family.remark += " Not run for lack of time: " + left_out + ".";
   return family;
 }
 

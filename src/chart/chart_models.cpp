@@ -31,8 +31,8 @@ std::string why_not_in_light(const ChartBench& bench) {
 }
 
 std::string why_no_surface(const ChartBench& bench) {
-  if (!bench.ground.psd) return "No roughness is given: there is no rough surface to compare.";
-  return bench.ground.all_scatters() ? "No frequency needs a term: there is no surface to compare."
+  if (!bench.ground.psd) return "No roughness is given, so there is no rough surface to compare.";
+  return bench.ground.all_scatters() ? "No frequency needs a term, so there is no surface to compare."
                                      : why_not_in_light(bench);
 }
 
@@ -49,7 +49,7 @@ std::vector<double> light_errors(const Eigen::VectorXd& values, const Eigen::Vec
 
 ChartFamily chart_theories(const ChartBench& bench, double seconds) {
   ChartFamily family = family_of("theories", "Theories of the mean spot",
-                                 "largest error in light of the encircled energies in focus",
+                                 "largest wave-optics error of the encircled energies in the focus",
                                  "the curve in the focal plane", bench.third_of_margin());
   const Task& task = bench.task;
   family.skipped = bench.ground.psd ? why_not_in_light(bench) : "No roughness is given.";
@@ -87,7 +87,7 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds) {
   add("aperture-exact", light, waves);
   // The aperture-exact theory has the error of the scalar theory of small angles, not zero.
   const TheoryError& own = *bench.ground.use.theory_error;
-  set_errors({std::max(own.small_angle, own.beyond_ten_degrees)}, "its own neglect of large angles", 0,
+  set_errors({std::max(own.small_angle, own.beyond_ten_degrees)}, "its small-angle error", 0,
              &family.rows.back());
   const SceneNumbers& numbers = bench.ground.numbers;
   if (is_rotationally_symmetric(task.mirror) && std::isfinite(numbers.rms_slope_per_axis))
@@ -128,7 +128,7 @@ struct ModelRows {
     return rows.back();
   }
   void add_waves(double pitch, const ChartClock& clock) {
-    // Pitches over the safe one; each grid has twice as many cells as the one before.
+    // Pitches over the safe one; each grid has twice as many points as the one before.
     for (const double coarser : {4.0, 2.83, 2.0, 1.41, 1.0}) {
       if (waves > 0 && 3 * rows.back().seconds > clock.left()) break;
       ChartRow& row = add("waves", "cells across", std::round(cells_across(coarser * pitch)),
@@ -156,9 +156,9 @@ struct ModelRows {
       taken = taken || row.is_default;
     }
   }
-  // The reference grid has twice the cells of the safe one. The error is of second order in the pitch, so the
-  // reference has half the error of the safe grid, and the two differ by as much. A coarser last grid gives
-  // less.
+  // The reference grid has twice the points of the safe one. The error is of second order in the pitch, so
+  // the reference has half the error of the safe grid, and the two differ by as much. A coarser last grid
+  // gives less.
   void compare(double safe_pitch) {
     bench.say("chart: waves, reference");
     const double pitch = std::sqrt(0.5) * safe_pitch;
@@ -174,9 +174,9 @@ struct ModelRows {
 }  // namespace
 
 ChartFamily chart_models(const ChartBench& bench, double seconds) {
-  ChartFamily family =
-      family_of("models", "Rays and waves of one surface", "largest error in light of its encircled energies",
-                "terms, propagation and statistics", bench.third_of_margin());
+  ChartFamily family = family_of("models", "Rays and waves of one surface",
+                                 "largest wave-optics error of its encircled energies",
+                                 "terms, propagation and statistics", bench.third_of_margin());
   const std::vector<Target> seen = in_light(bench.targets.fitted);
   family.skipped = seen.empty() ? "No encircled energies are among the targets." : why_no_surface(bench);
   if (!family.skipped.empty()) return family;
@@ -189,7 +189,7 @@ ChartFamily chart_models(const ChartBench& bench, double seconds) {
     models.add_rays(clock);
     models.compare(pitch);
   } catch (const ComputationError& error) {
-    family.skipped = fmt::format("No grid holds the light: {}.", error.what());
+    family.skipped = fmt::format("No grid can hold the PSF: {}.", error.what());
     return family;
   }
   family.rows = std::move(models.rows);
@@ -204,8 +204,9 @@ double worst_in_light(const FitCase& of, const Attempt& attempt) {
   const double pitch =
       wave_pitch(of.task, attempt.result.fitted.terms, all_targets(of.targets), of.ground.split.get());
   FreshStatistics fresh;
-  fresh.value = by_waves(of.task, of.ground, attempt.result.fitted.terms, attempt.result.fitted.fit.coefficients,
-                         judged.statistics(), pitch, of.context.threads);
+  fresh.value =
+      by_waves(of.task, of.ground, attempt.result.fitted.terms, attempt.result.fitted.fit.coefficients,
+               judged.statistics(), pitch, of.context.threads);
   fresh.standard_error = Eigen::VectorXd::Zero(fresh.value.size());
   double worst = 0;
   for (const EquivalenceMetric& metric : judged.judge(fresh, of.task.equivalence)) {
@@ -239,19 +240,19 @@ TermsSpec zernikes_to(int order, const TermsSpec& asked) {
 std::string why_no_fit(const ChartBench& bench) {
   if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || bench.ground.all_scatters() ||
       in_light(bench.targets.fitted).empty() || orders_of(bench).empty())
-    return "Whole fits are charted of Zernikes to the encircled energies of a roughness that wave optics "
-           "describes and that needs terms.";
+    return "Whole fits are charted only for Zernikes fitted to encircled energies by wave optics, of a "
+           "roughness that needs terms.";
   return bench.ground.split && bench.ground.use.model == FocusModel::kRays
-             ? "Rays with a scatter of their own are not charted."
+             ? "Fits by rays beside a scatter function are not charted."
              : "";
 }
 
 }  // namespace
 
 ChartFamily chart_fits(const ChartBench& bench, double seconds) {
-  ChartFamily family =
-      family_of("fits", "Whole fits", "largest error in light of all encircled energies, held out or not",
-                "prior, fit and its start", bench.margin());
+  ChartFamily family = family_of("fits", "Whole fits",
+                                 "largest wave-optics error of all encircled energies, fitted or held out",
+                                 "prior, fit and its start", bench.margin());
   family.skipped = why_no_fit(bench);
   if (!family.skipped.empty()) return family;
   const bool split = bench.ground.split != nullptr;
@@ -301,11 +302,11 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       row.terms = attempt.result.fitted.terms.size();
       row.rays = attempt.result.fitted.rays;
       row.statistics = std::int64_t(targets.fitted.size() + targets.guides.size());
-      row.reference = "targets of light";
+      row.reference = "targets by wave optics";
       row.error_of_reference = 0;
       row.is_default = is_default;
       row.note = attempt.result.fitted.fit.status == FitStatus::kConverged
-                     ? "met its tolerances"
+                     ? "meets its tolerances"
                      : fmt::format("stays {:.2g} tolerances away", attempt.mismatch);
       try {
         if (attempt.result.fitted.fit.coefficients.allFinite())
@@ -316,9 +317,12 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       family.rows.push_back(row);
     }
   }
-  if (split) family.remark = "Of terms and scatter, by waves alone: the terms end where the band is cut.";
+  if (split)
+    family.remark =
+        "The roughness is split into terms and scatter, which only waves describe; the terms end at the cut.";
   if (!skipped.empty())
-    family.remark += fmt::format("{}Left out for time: {}.", family.remark.empty() ? "" : " ", skipped);
+    family.remark +=
+        fmt::format("{}Not run for lack of time: {}.", family.remark.empty() ? "" : " ", skipped);
   return family;
 }
 

@@ -126,7 +126,7 @@ class FirstIteration {
 CheckedCost checked_cost(const FitCase& of, const TermsSpec& asked) {
   CheckedCost cost;
   if (of.ground.all_scatters()) {
-    cost.obstacle = "no frequency needs a term: mirrors are drawn and judged, nothing is iterated";
+    cost.obstacle = "no frequency needs a term; random mirrors are judged and nothing is iterated";
     return cost;
   }
   try {
@@ -145,7 +145,7 @@ CheckedCost checked_cost(const FitCase& of, const TermsSpec& asked) {
       if (cost.iteration_seconds && !cost.at_least) first.judge(&cost);
       if (!cost.iteration_seconds && (of.ground.use.model == FocusModel::kRays || coarsening < 1)) {
         cost.obstacle = status == FitStatus::kDegenerate
-                            ? "the draw that the fit begins with has no value or derivative"
+                            ? "a statistic of the random start has no value or derivative"
                             : "the first iteration failed";
         return cost;
       }

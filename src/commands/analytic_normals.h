@@ -4,11 +4,11 @@
 
 namespace aberfit::internal {
 
-/// Throws InputError for a study of central differences, which no fit takes.
+/// Throws InputError if the study asks for central differences, which no fit can use.
 inline void require_analytic_normals(const Study& study) {
   if (study.trace.central_difference_step)
     throw InputError(study.path, "/trace/normals", "central differences in a fit",
-                     "\"analytic\" normals; `verify` and `trace` take central differences");
+                     "\"analytic\" normals; only `verify` and `trace` allow central differences");
 }
 
 }  // namespace aberfit::internal

@@ -45,8 +45,8 @@ ResultClaim claim_of_arrays(const std::string& command, const RunOptions& option
 void choose_arrays_directory(const Study& study, const RunOptions& options, const std::string& command,
                              CommandLine* line) {
   if (!line->output_directory.empty() && wanted_arrays(study, options) == ArrayFormat::kNone)
-    throw InputError("command line", "", "--output \"" + line->output_directory + "\" and nothing to write",
-                     "--output beside --arrays npz, csv or fits, or with `output.arrays` in the study");
+    throw InputError("command line", "", "--output \"" + line->output_directory + "\" but no arrays to write",
+                     "--output only with --arrays npz, csv or fits, or with `output.arrays` in the study");
   choose_output_directory(line, command);
 }
 
@@ -74,15 +74,14 @@ void write_arrays(const Study& study, ArrayFormat format, const FocalLight* theo
                   const std::vector<double>& planes, double core_sigma, const std::string& folder,
                   Warnings* warnings) {
   const auto leave_out = [&](const std::string& why) { warnings->push_back({"arrays-left-out", why}); };
-  if (!theory && !surface) return leave_out("there is neither a theory nor a surface whose light to write");
+  if (!theory && !surface)
+    return leave_out("there is neither a theory nor a surface whose focus could be written");
   std::vector<std::pair<std::string, std::string>> files;
   try {
     const FocusArrays arrays = make_focus_arrays(
         {theory, surface, study.mirror, study.aperture, study.wavelength, planes, core_sigma, study.title});
     if (arrays.frequency.size() == 0)
-      leave_out(
-          "neither theory nor surface is by waves here, so there is no transfer function among the "
-          "arrays: rays have none");
+      leave_out("theory and surface are both by rays, so the arrays contain no transfer function");
     files = array_files(format, arrays);
   } catch (const ComputationError& error) {
     return leave_out(error.what());

@@ -12,30 +12,31 @@
 
 namespace aberfit::internal {
 
-/// What the command line says, else the study.
+/// The format on the command line, otherwise the study's.
 ArrayFormat wanted_arrays(const Study& study, const RunOptions& options);
-/// Of its word, which has to be one of array_format_names.
+/// The format of this name. Precondition: the name is one of array_format_names.
 ArrayFormat array_format(const std::string& word);
 
 /// Names of a ResultClaim.
 std::vector<std::string> array_claims(ArrayFormat format);
-/// Those of a command that writes nothing but arrays and what it prints.
+/// The claim of a command that writes nothing but arrays and its printed result.
 ResultClaim claim_of_arrays(const std::string& command, const RunOptions& options, ArrayFormat format);
 
-/// Sets the folder of a command that writes nothing but arrays. Throws InputError for a folder that nothing
-/// would be written to.
+/// Sets the folder of a command that writes only arrays. Throws InputError for a folder to which nothing
+/// would be written.
 void choose_arrays_directory(const Study& study, const RunOptions& options, const std::string& command,
                              CommandLine* line);
 
-/// Light by the theory that the targets come from, by rays at the points of `pupil`; null without roughness.
+/// The PSF by the theory that gives the targets; by rays it uses the points of `pupil`. Null without
+/// roughness.
 std::unique_ptr<FocalLight> target_light(const Study& study, const Groundwork& ground,
                                          const PupilSample& pupil, int threads);
 
 /// Planes dz [m] of the encircled energies among the statistics.
 std::vector<double> planes_of(const std::vector<Statistic>& statistics);
 
-/// Writes the arrays of both lights, either of which may be null, below `folder`. What cannot be made is left
-/// out with the warning `arrays-left-out`: a run that is done is not lost for it.
+/// Writes the arrays of both PSFs below `folder`; either may be null. Arrays that cannot be made are left out
+/// with the warning `arrays-left-out`, so that a finished run is not lost.
 void write_arrays(const Study& study, ArrayFormat format, const FocalLight* theory, const FocalLight* surface,
                   const std::vector<double>& planes, double core_sigma, const std::string& folder,
                   Warnings* warnings);

@@ -27,7 +27,7 @@ std::vector<std::string> codes_of(const Warnings& warnings) {
   return codes;
 }
 
-// Of two statistics with one name the later is "#2", as in results.
+// If two statistics have one name, the later gets "#2", as in results.
 void add_value(const std::string& name, double value, CaseOutcome* outcome) {
   const auto is_taken = [&](const std::string& taken) {
     return std::any_of(outcome->values.begin(), outcome->values.end(),
@@ -48,8 +48,8 @@ void add_scene(const SceneNumbers& numbers, CaseOutcome* outcome) {
   add_value("scene_paper_ratio_r", numbers.paper_ratio_r, outcome);
 }
 
-// The pupil of the case before, for as long as cases have the same. Where every case has its own, threads
-// make theirs side by side.
+// Keeps the pupil of the last case for cases with the same pupil. If every case has its own, threads make
+// them in parallel.
 class PupilOfCases {
  public:
   GhsPupil operator()(const Task& task) {
@@ -97,11 +97,11 @@ CaseOutcome trace_case(const Study& study, const std::function<bool()>& interrup
   return outcome;
 }
 
-// What the fitted surface has on fresh rays, which the verdict is made of, beside what it should have.
+// The statistics of the fitted surface, on fresh rays if the verdict used them, and their targets.
 CaseOutcome fit_case(const Study& study, const std::function<bool()>& interrupted) {
   const RunOptions options = one_thread(interrupted);
   const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
-  if (result.interrupted) throw Interrupted("stopped in the middle of a fit");
+  if (result.interrupted) throw Interrupted("stopped during a fit");
   if (result.fitted.fit.status == FitStatus::kFailed) throw ComputationError("the fit failed");
   CaseOutcome outcome;
   const Eigen::VectorXd& achieved =
@@ -133,7 +133,7 @@ std::string unit_of(Dimension dimension) {
   }
 }
 
-// The solution nearest to the study's own value, and the value of every budget there.
+// The solution nearest to the study's own value, with the value of every budget there.
 CaseOutcome solve_case(const Study& study, const std::function<bool()>& interrupted) {
   const Specification spec = run_solve(study, one_thread(interrupted));
   CaseOutcome outcome;

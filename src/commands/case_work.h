@@ -5,7 +5,7 @@
 
 namespace aberfit::internal {
 
-/// What a sweep computes of each case, on one thread.
+/// Returns the function that a sweep calls for each case. It computes on one thread.
 CaseWork case_work(CaseLevel level, const std::function<bool()>& interrupted);
 
 }  // namespace aberfit::internal

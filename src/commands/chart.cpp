@@ -20,7 +20,7 @@ Chart run_chart(const Study& given, const RunOptions& options) {
   const Study study = completed(given);
   if (study.map)
     throw InputError(study.path, "/target/map", "a study of a map",
-                     "statistics as targets: a map is fitted by linear least squares, which is exact");
+                     "statistics as targets (a map is fitted by linear least squares, which is exact)");
   ResultFolder folder(options.output_directory, claim_of("chart", options, {"chart.csv"},
                                                          wanted_pictures(options, &study), {"chart_"}));
   Chart chart =

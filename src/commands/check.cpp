@@ -21,7 +21,7 @@ using namespace internal;
 
 namespace {
 
-// The light that theory promises, and the report beside it.
+// Writes the report and the arrays of the PSF that theory predicts.
 template <typename Report>
 void write_theory(const Study& study, const RunOptions& options, ArrayFormat format,
                   const std::vector<double>& planes, ResultFolder& folder, Report* report) {

@@ -19,10 +19,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A key of the study and what the schema says of it.
+// A key of the study and the schema's entry for it.
 struct Place {
-  std::string path;     // "target/statistics/ee50": of a key that is data, the sample
-  std::string pattern;  // regular expression of such a last name, else empty
+  std::string path;     // "target/statistics/ee50"; a sample if the key is data
+  std::string pattern;  // regular expression of the last name if it is data, otherwise empty
   std::string kind;     // "circle": the alternative of the tagged object that has the key; may be empty
   bool required;
   const Json* schema;
@@ -79,11 +79,11 @@ class Places {
 
 std::string name_of(const Place& place) { return place.path.substr(place.path.rfind('/') + 1); }
 
-// Whether `key` names the place; alone: its last names do.
+// Returns whether `key` names the place; with `alone`, its last names suffice.
 bool is_called(const Place& place, const std::string& key, bool alone) {
   if (place.path == key || (alone && place.path.ends_with("/" + key))) return true;
   if (place.pattern.empty()) return false;
-  const std::size_t cut = key.rfind('/') + 1;  // 0 where there is none
+  const std::size_t cut = key.rfind('/') + 1;  // 0 if there is none
   const std::string before = place.path.substr(0, place.path.rfind('/') + 1);
   return (alone ? before.ends_with(key.substr(0, cut)) : before == key.substr(0, cut)) &&
          std::regex_match(key.substr(cut), std::regex(place.pattern));
@@ -129,7 +129,7 @@ std::string type_of(const Json& node) {
              : "a text";
 }
 
-// Ends that only keep numbers within the reach of double precision say nothing to a reader.
+// Ends that only keep numbers within double precision do not help a reader, so we leave them out.
 std::string range_of(const Json& node) {
   const auto end = [&](const char* key) {
     return node.contains(key) ? node[key].get<double>() : std::nan("");
@@ -159,7 +159,7 @@ std::string row_of(const Place& place) {
   return text;
 }
 
-// Names in one column, texts in the other.
+// A table with names in one column and texts in the other.
 std::string table(const std::vector<std::pair<std::string, std::string>>& rows, int width) {
   constexpr std::size_t kWidest = 20;
   std::size_t column = 0;
@@ -182,7 +182,7 @@ std::string keys_below(const Places& places, const Place* of, int width) {
   const auto close = [&] {
     if (rows.empty()) return;
     const std::string with = kind.empty() ? "" : " of \"" + kind + "\"";
-    text += fmt::format("\nkeys{} (* has to be there)\n", with) + table(rows, width);
+    text += fmt::format("\nkeys{} (* is required)\n", with) + table(rows, width);
     rows.clear();
   };
   for (const Place& place : places.all) {
@@ -205,7 +205,7 @@ std::string explained(const Place& place, int width) {
     if (!text.empty()) rows.emplace_back(name, text);
   };
   row("meaning", said.meaning);
-  row("type", type_of(node) + (place.required ? "; has to be there" : ""));
+  row("type", type_of(node) + (place.required ? "; required" : ""));
   row("units", said.units.empty() || said.units.ends_with("without quotes")
                    ? said.units
                    : said.units + "; a plain number is in SI units");
@@ -216,7 +216,7 @@ std::string explained(const Place& place, int width) {
   return head + "\n" + table(rows, width);
 }
 
-// The keys that come with a word, such as "annulus" or "table"; empty where there is no such word.
+// The keys that come with a word, such as "annulus" or "table"; empty if there is no such word.
 std::string keys_of_kind(const Places& places, const std::string& kind, int width) {
   std::map<std::string, std::vector<std::pair<std::string, std::string>>>
       rows;  // by the object that has them
@@ -226,7 +226,7 @@ std::string keys_of_kind(const Places& places, const std::string& kind, int widt
           (place.required ? "* " : "  ") + name_of(place), row_of(place));
   std::string text;
   for (const auto& [path, keys] : rows)
-    text += fmt::format("{}keys of {} \"{}\" (* has to be there)\n", text.empty() ? "" : "\n", path, kind) +
+    text += fmt::format("{}keys of {} \"{}\" (* is required)\n", text.empty() ? "" : "\n", path, kind) +
             table(keys, width);
   return text;
 }
@@ -248,7 +248,7 @@ std::string keys_of_kind(const Places& places, const std::string& kind, int widt
   if (near.size() > kMost) near.resize(kMost);
   throw InputError("command line", "", fmt::format("the key \"{}\"", key),
                    near.empty() ? "a key such as roughness/psd; `aberfit schema study` lists the blocks"
-                                : fmt::format("keys of the study; near ones: {}", fmt::join(near, ", ")));
+                                : fmt::format("keys of the study; similar ones: {}", fmt::join(near, ", ")));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ using namespace internal;
 
 namespace {
 
-// One way through the method, with all that its parts refer to.
+// One pass through the method. It owns everything that its parts refer to.
 struct Run {
   Run(const Study& study, const PhysicsRequest& asked, const RunContext& context)
       : layout((context.say("targets"), lay_out(study, asked, context.threads))),
@@ -33,7 +33,7 @@ struct Run {
   FitCase of;
 };
 
-// Rays were right for the specification, but light says otherwise of the surface that came of them.
+// Rays suit the specification, but wave optics rejects the surface that they gave.
 bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
   return of.ground.use.model == FocusModel::kRays && of.ground.use.light_decides && !of.task.trace.model &&
          result.judgement.light && result.judgement.light->obstacle.empty() &&
@@ -41,10 +41,10 @@ bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
          overall(result.judgement.metrics) == Verdict::kEquivalent;
 }
 
-// The whole of it once more by waves; what rays gave is kept where that is cut short.
+// Repeats the whole fit by waves. The result by rays is kept if that is interrupted.
 Attempt fit_by_waves(const Study& study, const RunContext& context, Attempt by_rays,
                      std::unique_ptr<Run>* run) {
-  context.say("rays are not enough: waves");
+  context.say("rays are not enough; repeating with waves");
   auto waves = std::make_unique<Run>(study, PhysicsRequest{study.target.theory, FocusModel::kWaves}, context);
   try {
     Attempt attempt = fit_as_asked(waves->of);
@@ -62,7 +62,7 @@ void note_interruption(const RunOptions& options, FitOutcome* result) {
   result->stopped_by = options.stopped_by ? options.stopped_by() : "a signal";
   result->warnings.push_back(
       {"interrupted",
-       "stopped by " + result->stopped_by + ": this is the best so far, not what the whole run would give"});
+       "stopped by " + result->stopped_by + "; this is the best result so far, not that of a complete run"});
 }
 
 ResultDocument document(const Study& study, FitOutcome outcome, const RunOptions& options) {
@@ -120,7 +120,7 @@ ExitCode fit_command(CommandLine line) {
   if (result.fitted.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
   say_where(line);
   if (result.interrupted) return ExitCode::kInterrupted;
-  // A map without a specification has nothing to be judged by.
+  // Without a specification a map cannot be judged, so only convergence counts.
   const bool done = result.map.fit && !result.has_roughness
                         ? result.fitted.fit.status == FitStatus::kConverged
                         : result.judgement.verdict == Verdict::kEquivalent;

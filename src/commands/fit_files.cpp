@@ -55,8 +55,8 @@ void write_fit_arrays(const Study& study, const Groundwork& ground, ArrayFormat 
   if (result->map.fit && !result->has_roughness && result->scene.model == "waves" && of_rays) {
     result->warnings.push_back(
         {"arrays-left-out",
-         "rays are no model of the light of these terms; the picture map_light has it by "
-         "waves, and a `roughness` block gives arrays"});
+         "rays do not describe the PSF of these terms, so no arrays are written. The picture map_light shows "
+         "it by waves; with a `roughness` block there are arrays"});
     return;
   }
   const int threads = result->provenance.threads;
@@ -66,14 +66,14 @@ void write_fit_arrays(const Study& study, const Groundwork& ground, ArrayFormat 
                ground.core_sigma, folder, &result->warnings);
 }
 
-// A fit that is done is not lost for a format that cannot hold it.
+// A finished fit must not be lost because a format cannot hold it.
 void write_exports(const Study& study, const std::string& folder, ResultDocument* result) {
   const ExportInput input{result->fitted.terms, result->fitted.fit.coefficients, study.aperture,
                           study.wavelength,     study.output.export_grid,        study.title};
   if (result->map.fit && result->fitted.fit.status != FitStatus::kConverged &&
       !study.output.exports.empty()) {
     result->warnings.push_back(
-        {"export-left-out", "the points of the map do not determine the terms; nothing is exported"});
+        {"export-left-out", "the points of the map do not determine the terms, so nothing is exported"});
     return;
   }
   for (const ExportFormat format : study.output.exports) {
@@ -107,7 +107,7 @@ ResultClaim claim_of_fit(const Study& study, const RunOptions& options) {
 
 void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
                const LightPath& focus, ResultDocument* result) {
-  // Who was asked to stop waits for no pictures.
+  // A user who interrupts does not want to wait for pictures.
   std::vector<DrawnPicture> drawn;
   if (wanted_pictures(options, &study).format != PictureFormat::kNone && !result->interrupted)
     drawn = draw(study, ground, options, focus, result);

@@ -6,7 +6,7 @@
 
 namespace aberfit::internal {
 
-/// All that `write_fit` may write.
+/// The files that `write_fit` may write.
 ResultClaim claim_of_fit(const Study& study, const RunOptions& options);
 
 /// Writes result.json, coefficients.csv, summary.txt and - when wanted - the pictures of a fit below

@@ -8,7 +8,7 @@
 
 namespace aberfit::internal {
 
-/// The surface of options.coefficients_file; nothing where none is named. Throws InputError as
+/// The surface of options.coefficients_file; nothing if no file is named. Throws InputError like
 /// read_coefficients_csv.
 inline std::optional<GivenSurface> given_surface(const Study& study, const RunOptions& options) {
   if (options.coefficients_file.empty()) return std::nullopt;

@@ -17,13 +17,13 @@
 namespace aberfit::internal {
 namespace {
 
-// What a signal handler may write to; all there is of it in the process.
+// A signal handler may write only to such variables, and one process has one set of signals.
 std::atomic<bool> asked_to_end{false};
 std::atomic<std::int64_t> asked_at{0};  // [ns], of the monotonic clock
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
 
-// The first asks for the best so far, a second one ends the process. `timeout` and batch systems send the
-// same signal to the process and to its group: within a second it is one wish.
+// The first signal asks for the best so far, a second one ends the process. `timeout` and batch systems send
+// the same signal to the process and to its group, so signals within a second count as one.
 void ask_to_end(int signal) {
   constexpr std::int64_t kOneWish = 1'000'000'000;
   timespec now{};
@@ -40,7 +40,7 @@ void ask_to_end(int signal) {
 
 }  // namespace
 
-// What the caller ignores (nohup, a shell's background jobs) stays ignored.
+// Signals that the caller ignores (nohup, a shell's background jobs) stay ignored.
 Interrupt::Interrupt() {
   asked_to_end = false;
   for (const auto& [signal, before] : {std::pair{SIGINT, &before_int_}, {SIGTERM, &before_term_}}) {
@@ -60,7 +60,7 @@ TimeLimit::TimeLimit(const std::string& text) : text_(text) {
   if (text.empty()) return;
   try {
     limit_ = std::chrono::duration<double>(parse_quantity(text, Dimension::kTime));
-  } catch (const UnitError&) {  // said below
+  } catch (const UnitError&) {  // reported below
   }
   if (!(limit_.count() > 0))
     throw InputError("command line", "", "--time-limit \"" + text + "\"",
@@ -70,7 +70,7 @@ TimeLimit::TimeLimit(const std::string& text) : text_(text) {
 bool TimeLimit::over() const { return is_set() && std::chrono::steady_clock::now() >= end(); }
 
 std::chrono::steady_clock::time_point TimeLimit::end() const {
-  constexpr std::chrono::hours kLongest(24 * 365 * 100);  // more than that the clock cannot count
+  constexpr std::chrono::hours kLongest(24 * 365 * 100);  // within the range of the clock
   return begin_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                       std::min<std::chrono::duration<double>>(limit_, kLongest));
 }

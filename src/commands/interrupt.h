@@ -7,8 +7,8 @@
 
 namespace aberfit::internal {
 
-/// While it lives, the first SIGINT or SIGTERM only asks to come to an end; one that comes a second later or
-/// more ends the process.
+/// While it lives, the first SIGINT or SIGTERM only asks the work to end. Another at least a second later
+/// ends the process.
 class Interrupt {
  public:
   Interrupt();
@@ -23,17 +23,17 @@ class Interrupt {
   void (*before_term_)(int);
 };
 
-/// The end that a command line sets to a run, counted from when it was made.
+/// The time limit that the command line sets for a run, counted from construction.
 class TimeLimit {
  public:
-  /// A time with its unit, "60 s", "5 min" or "2 h"; empty: no limit. Throws InputError for what is none, and
-  /// for one that is not positive.
+  /// text: a time with its unit, "60 s", "5 min" or "2 h"; empty: no limit. Throws InputError unless it is a
+  /// positive time.
   explicit TimeLimit(const std::string& text);
 
   bool over() const;
   bool is_set() const { return limit_.count() > 0; }
   std::chrono::steady_clock::time_point end() const;
-  /// For the reader: "--time-limit 60 s".
+  /// The option in messages: "--time-limit 60 s".
   std::string text() const { return "--time-limit " + text_; }
 
  private:
@@ -42,11 +42,11 @@ class TimeLimit {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-/// Ends the process when the time limit of the command line is over, as a signal would: for commands that
-/// have nothing to keep before they are done. Says so on standard error; exit code 4.
+/// Ends the process like a signal when the time limit of the command line is over, with a message on standard
+/// error and exit code 4. It serves commands that have no partial result to keep.
 class HardLimit {
  public:
-  /// As TimeLimit takes it.
+  /// text: as for TimeLimit.
   explicit HardLimit(const std::string& text);
   ~HardLimit();
   HardLimit(const HardLimit&) = delete;

@@ -35,7 +35,7 @@ LoadedMap load_map(const Study& study) {
     move_origin(map, circle.x, circle.y);
   }
   loaded.clear.x += map->x0 - x0, loaded.clear.y += map->y0 - y0;
-  // Only what is mirror: the hole of an annulus and the corners around a rectangle are not.
+  // Only points on the mirror count, not those in the hole of an annulus or outside a rectangle.
   for (Eigen::Index row = 0; row < map->rows(); ++row)
     for (Eigen::Index column = 0; column < map->columns(); ++column)
       if (!aperture_holds(study.aperture, map->x(column), map->y(row)))
@@ -55,12 +55,12 @@ LoadedMap load_map(const Study& study) {
 
 namespace {
 
-// Nothing of a map is worth keeping by itself: its steps take seconds.
+// The steps of a map take seconds, so no partial result is worth keeping.
 void end_if_asked(const RunContext& context) {
   if (context.stopped()) throw Interrupted("stopped before the map was done");
 }
 
-// Least squares of the map: everything but the light of what came.
+// Fits the map in least squares; the irradiance of the result comes later.
 ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const RunOptions& options,
                           const RunContext& context) {
   ResultDocument result;
@@ -74,7 +74,7 @@ ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const Run
   return result;
 }
 
-// The terms alone: nothing says what the part should be.
+// Describes the terms alone, because there is no specification to judge them by.
 void describe_unjudged(const Study& study, const HeightMap& map, const RunOptions& options,
                        const RunContext& context, ResultDocument* result) {
   const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
@@ -84,7 +84,7 @@ void describe_unjudged(const Study& study, const HeightMap& map, const RunOption
   operate.apply(result->fitted.fit.coefficients, &field);
   describe_map(study, map, pupil, field, context, result);
   if (options.output_directory.empty()) return;
-  Groundwork ground;  // a map has no specification: only sizes
+  Groundwork ground;  // only sizes, as there is no specification
   ground.radius = result->fitted.radius;
   ground.focal_length = study.mirror.focal_length;
   ground.core_sigma = ground.focal_sigma =
@@ -94,7 +94,8 @@ void describe_unjudged(const Study& study, const HeightMap& map, const RunOption
   write_fit(study, ground, options, focus, result);
 }
 
-// A part and its specification: the terms of the map, the rest as scatter, light's verdict.
+// Judges a part against its specification by irradiance. The part is the terms of the map plus the rest as
+// scatter.
 ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const RunOptions& options,
                           const RunContext& context) {
   const TermSet terms = map_terms(study);

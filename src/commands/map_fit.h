@@ -4,7 +4,7 @@
 
 namespace aberfit::internal {
 
-/// A map moved to the axis, its clear part in the same coordinates, and what is to be said of it.
+/// A map moved to the axis, its clear part in the same coordinates, and its warnings.
 struct LoadedMap {
   HeightMap map;
   ClearRegion clear;

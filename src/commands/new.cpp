@@ -1,4 +1,4 @@
-// `aberfit new`: starter studies, files of their own with comments, put where the user wants to begin.
+// `aberfit new` writes a starter study, a file with comments, from which the user can begin.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,13 +31,13 @@ std::vector<Starter> starters() {
   return all;
 }
 
-// The sentence that a starter begins with: "// PURPOSE".
+// The first line of a starter, "// PURPOSE", which is a sentence.
 std::string purpose(const Starter& starter) {
   return std::string(trimmed(starter.text.substr(2, starter.text.find('\n') - 2)));
 }
 
 void list_starters() {
-  fmt::print("aberfit new KIND [FILE] writes a study with comments to begin from. Kinds:\n");
+  fmt::print("aberfit new KIND [FILE] writes a commented study to start from. Kinds:\n");
   for (const Starter& starter : starters())
     fmt::print("  {:<13} {}\n", starter.kind,
                wrapped("............. " + purpose(starter), text_width() - 2, 16).substr(14));
@@ -58,7 +58,7 @@ void replace_all(std::string* text, const std::string& what, const std::string& 
     text->replace(at, what.size(), with);
 }
 
-// The line "file": "my_..." of a starter that needs a measurement; npos in others.
+// The place of "file": "my_..." in a starter that needs a measurement; npos in others.
 std::size_t place_of_file(const std::string& text) { return text.find("\"file\": \"my_"); }
 
 void name_measurement(const fs::path& file, const fs::path& study, std::string* text) {
@@ -91,11 +91,11 @@ ExitCode new_command(CommandLine line) {
   const bool is_measurement = !given.empty() && !given.ends_with(".jsonc");
   if (is_measurement) {
     if (given.ends_with(".json") || place_of_file(text) == std::string::npos)
-      throw InputError(
-          "command line", "", fmt::format("the file \"{}\"", given),
-          "a study to be written, whose name ends in .jsonc because it has comments; for the kinds "
-          "profile and map also the measured file that the study is about");
-    if (!fs::is_regular_file(given)) throw InputError(given, "", "no readable file", "a measured file");
+      throw InputError("command line", "", fmt::format("the file \"{}\"", given),
+                       "the name of a new study, ending in .jsonc because it has comments; for the kinds "
+                       "profile and map also the measured file that the study is about");
+    if (!fs::is_regular_file(given))
+      throw InputError(given, "", "a file that cannot be read", "a measured file");
     target = fs::path(given).filename().replace_extension(".jsonc");
     name_measurement(given, target, &text);
   } else if (!given.empty()) {
@@ -103,7 +103,7 @@ ExitCode new_command(CommandLine line) {
   }
   if (fs::exists(target) && !line.force)
     throw InputError(target.string(), "", "a file that is already there",
-                     "another name, or --force to write over it");
+                     "another name, or --force to overwrite it");
   replace_all(&text, std::string(starter.kind) + ".jsonc", target.string());
   replace_all(&text, fmt::format("out/{}/", starter.kind), fmt::format("out/{}/", target.stem().string()));
   write_file(target.string(), text);

@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// The first measurement of a psd block; null when there is none.
+// The first measurement of a psd block; null if there is none.
 const MeasuredPsd* find_measured(const RoughnessModel& node) {
   if (const auto* measured = std::get_if<MeasuredPsd>(&node.model)) return measured;
   if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
@@ -42,20 +42,20 @@ ordered_json psd_json(const PsdReport& report, const MeasuredPsd& measured) {
   return to_json(report, psd_block(RoughnessModel{measured}), roughness_block(measured));
 }
 
-// What is measured: a study's measurement, or files with the options of the command line.
+// The measurement of a study, or files with the options of the command line.
 MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
   const std::string& first = line.measured_files.front();
   if (first == "-" || first.ends_with(".json") || first.ends_with(".jsonc")) {
     if (line.measured_files.size() > 1 || !line.psd_of_file.empty() || !line.psd_of_block.empty() ||
         line.keep_lines)
       throw InputError("command line", "", "options or further files beside a study",
-                       "the study alone: they are keys of its `psd` block");
+                       "the study alone, because they are keys of its `psd` block");
     const Study study = read_study(first, line.changes);
     *title = study.title;
     return measured_psd_of(study);
   }
   if (!line.changes.empty())
-    throw InputError(kCommandLine, "--set \"" + line.changes.front() + "\"", "no study but measured files",
+    throw InputError(kCommandLine, "--set \"" + line.changes.front() + "\"", "measured files, but no study",
                      "the options of `aberfit psd`, or --set beside a study");
   *title = std::filesystem::path(first).filename().string();
   return read_measured(psd_options_block(line), kCommandLine, line.threads);
@@ -71,11 +71,10 @@ ResultClaim claim_of_psd(const RunOptions& options) {
 const MeasuredPsd& measured_psd_of(const Study& study) {
   const MeasuredPsd* measured = study.roughness ? find_measured(*study.roughness) : nullptr;
   if (!measured)
-    throw InputError(
-        study.path, "/roughness/psd", "no measurement in the roughness",
-        fmt::format("a psd of model \"measured\"; or the measured file itself, `aberfit psd FILE`; "
-                    "`aberfit check {}` shows the roughness that the study has",
-                    study.path));
+    throw InputError(study.path, "/roughness/psd", "a roughness without a measurement",
+                     fmt::format("a psd of model \"measured\", or the measured file itself (`aberfit psd "
+                                 "FILE`); `aberfit check {}` shows the roughness of this study",
+                                 study.path));
   return *measured;
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// A number where the whole text is one, so that plain SI numbers do as in a study.
+// Returns a number if the whole text is one, so that plain SI numbers are allowed as in a study.
 ordered_json option_value(const std::string& text) {
   std::int64_t whole = 0;
   double number = 0;
@@ -27,7 +27,7 @@ ordered_json option_value(const std::string& text) {
   return text;
 }
 
-// "annulus:outer=95%,inner=30%,centre=1mm,0mm" as the object of a study.
+// Turns "annulus:outer=95%,inner=30%,centre=1mm,0mm" into the object of a study.
 ordered_json aperture_object(const std::string& text) {
   static const std::map<std::string, std::string> kShort = {
       {"outer", "diameter"}, {"inner", "inner_diameter"}, {"center", "centre"}};
@@ -42,12 +42,12 @@ ordered_json aperture_object(const std::string& text) {
     if (equals != std::string_view::npos) {
       key = trimmed(piece.substr(0, equals));
       if (kShort.contains(key)) key = kShort.at(key);
-      if (object.contains(key)) refuse("every key once, \"" + key + "\" is there twice");
+      if (object.contains(key)) refuse("every key once; \"" + key + "\" is given twice");
     }
-    // A comma of a number, 1,5mm, would begin a second value.
+    // A decimal comma, as in 1,5mm, would begin a second value.
     if (key.empty() || (equals == std::string_view::npos && key != "centre"))
       refuse(
-          "SHAPE:key=value,..., e.g. \"circle:diameter=95%\", with a point in numbers; only centre has two "
+          "SHAPE:key=value,..., e.g. \"circle:diameter=95%\", with decimal points; only centre has two "
           "values");
     const ordered_json value = option_value(
         std::string(trimmed(equals == std::string_view::npos ? piece : piece.substr(equals + 1))));
@@ -59,7 +59,7 @@ ordered_json aperture_object(const std::string& text) {
   return object;
 }
 
-// "low=0.1/mm..1/mm,mid=1/mm..10/mm" as the list that a study has.
+// Turns "low=0.1/mm..1/mm,mid=1/mm..10/mm" into the list that a study has.
 ordered_json bands_of(const std::string& text) {
   ordered_json bands = ordered_json::array();
   for (const std::string_view band : words(text, ",")) {
@@ -77,7 +77,7 @@ ordered_json bands_of(const std::string& text) {
   return bands;
 }
 
-// "0,-9999" as the list that a study has; repeated options are a list with lines between.
+// Turns "0,-9999" into the list that a study has. Repeated options are joined by line ends.
 ordered_json numbers_of(const std::string& text) {
   ordered_json numbers = ordered_json::array();
   for (const std::string_view number : words(text, ", \n"))
@@ -93,7 +93,7 @@ ordered_json psd_options_block(const CommandLine& line) {
     source[key] = key == "aperture"  ? aperture_object(text)
                   : key == "invalid" ? numbers_of(text)
                                      : option_value(text);
-  // Many programs call the window of von Hann so.
+  // Many programs call von Hann's window "hanning".
   const auto is_hann = [](const std::string& text) { return lower_case(text) == "hanning"; };
   for (const auto& [key, text] : line.psd_of_block)
     block[key] = key == "bands"                     ? bands_of(text)

@@ -1,4 +1,4 @@
-// `aberfit report`: several results side by side.
+// `aberfit report` shows several results side by side.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -21,12 +21,13 @@ nlohmann::ordered_json result_in(const std::string& folder) {
   const auto bytes = file_bytes(file.string());
   const auto document = nlohmann::ordered_json::parse(bytes.value_or(""), nullptr, false);
   if (!document.is_object() || !document.contains("kind") || !document.contains("aberfit"))
-    throw InputError(file.string(), "", bytes ? "no result of aberfit" : "no readable file",
-                     "a folder that a command has written its results to");
+    throw InputError(file.string(), "",
+                     bytes ? "a file that is not a result of aberfit" : "a file that cannot be read",
+                     "a folder with the results of a command");
   return document;
 }
 
-// Relative to the page; empty where there is no report.
+// The link is relative to the page, and empty if there is no report.
 std::string link_to(const std::string& folder, const fs::path& page) {
   const fs::path report = fs::path(folder) / "report.html";
   if (!fs::exists(report)) return "";
@@ -41,7 +42,7 @@ ExitCode report_command(CommandLine line) {
   std::error_code none;
   if (fs::exists(page, none) && !line.force)
     throw InputError(page.string(), "", "a file or folder of that name",
-                     "another name with --output, or --force, which replaces a file");
+                     "another name with --output, or --force to replace a file");
   std::vector<nlohmann::ordered_json> documents;
   for (const std::string& folder : line.result_folders) documents.push_back(result_in(folder));
   std::vector<ComparedResult> results;

@@ -16,7 +16,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Files that a study names, in the order of their keys.
+// Collects the files that a study names, in the order of their keys.
 void collect_files(const nlohmann::ordered_json& node, std::vector<std::string>* files) {
   for (const auto& [key, value] : node.items())
     if (value.is_structured())
@@ -25,7 +25,7 @@ void collect_files(const nlohmann::ordered_json& node, std::vector<std::string>*
       files->push_back(value.get<std::string>());
 }
 
-// files: relative to `folder`; those that cannot be read are left out.
+// The files are relative to `folder`; unreadable ones are left out.
 Provenance provenance_of_files(std::uint64_t seed, const RunOptions& options,
                                const std::vector<std::string>& files, const std::filesystem::path& folder) {
   Provenance provenance = make_provenance(seed, context_of(options).threads);

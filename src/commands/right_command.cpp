@@ -1,4 +1,4 @@
-// What a file is that stands where a command has no use for it, and which command has.
+// Recognises a file that a command cannot use, and names the command that can.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ enum class FileKind {
 
 struct KnownFile {
   FileKind kind = FileKind::kUnknown;
-  std::string word;  // of a result its kind, of a measurement its format
+  std::string word;  // the kind of a result, the format of a measurement
   bool has_study = false;
 };
 
@@ -38,9 +38,11 @@ KnownFile of_kind(FileKind kind) {
   return file;
 }
 
-// A study has no key that the results and blocks beside it have. What is no JSON at all, its reader explains.
+// A study has none of the keys by which results and single blocks are known. If the text is not JSON, the
+// study's reader explains it.
 KnownFile known_json(const std::string& text) {
-  const auto json = nlohmann::json::parse(text, nullptr, false, true);  // its reader judges comments
+  const auto json =
+      nlohmann::json::parse(text, nullptr, false, true);  // comments are allowed here; the reader judges them
   if (!json.is_object()) return {};
   if (json.contains("FILE_FORMAT")) return {FileKind::kMeasurement, "dabam", false};
   if (const auto kind = json.find("kind");
@@ -78,7 +80,7 @@ KnownFile known_file(const std::string& path) {
     const std::optional<std::string> whole = file_bytes(path);
     return whole ? known_json(utf8_text(*whole)) : KnownFile{};
   } catch (const std::exception&) {
-    return {};  // its reader says what is wrong
+    return {};  // the reader reports the error
   }
 }
 
@@ -89,27 +91,29 @@ std::string beside(const std::string& path) { return std::filesystem::path(path)
   switch (file.kind) {
     case FileKind::kMeasurement:
       throw InputError(
-          path, "", fmt::format("a measured file (format {}), no study", file.word),
-          fmt::format("`aberfit psd {}`, which measures its roughness; or a study (JSON) that names "
-                      "it: a psd of \"model\": \"measured\", or target.map of a height map",
+          path, "", fmt::format("a measured file (format {}), not a study", file.word),
+          fmt::format("`aberfit psd {}`, which estimates its PSD; or a study (JSON) that names it, as a psd "
+                      "of \"model\": \"measured\" or (for a height map) as target.map",
                       path));
     case FileKind::kCoefficients:
       throw InputError(
           path, "",
-          "coefficients of a surface, no " + std::string(command == "psd" ? "measurement" : "study"),
+          "coefficients of a surface, not a " + std::string(command == "psd" ? "measurement" : "study"),
           fmt::format("`aberfit trace STUDY --coefficients {}`, with the study that they belong to", path));
     case FileKind::kPsdTable:
       throw InputError(
-          path, "", "a table of a PSD, no " + std::string(command == "psd" ? "measurement" : "study"),
+          path, "", "a table of a PSD, not a " + std::string(command == "psd" ? "measurement" : "study"),
           fmt::format("a study whose roughness is {{\"psd\": {{\"model\": \"table\", \"file\": \"{}\"}}}}",
                       name));
     case FileKind::kResult:
-      throw InputError(path, "", fmt::format("a result of kind {}, no study", file.word),
-                       file.has_study ? "a study: its block \"study\" is the one that it belongs to"
-                                      : "a study; its block \"roughness\" may be pasted into one");
+      throw InputError(path, "", fmt::format("a result of kind {}, not a study", file.word),
+                       file.has_study
+                           ? "a study; the block \"study\" of this result is one"
+                           : "a study; the block \"roughness\" of this result can be pasted into one");
     case FileKind::kRoughnessBlock:
-      throw InputError(path, "", "a block of roughness, no whole study",
-                       "a study that has it as \"roughness\", beside \"mirror\", \"aperture\" and \"light\"");
+      throw InputError(
+          path, "", "a block of roughness, not a whole study",
+          "a study that contains it as \"roughness\", with \"mirror\", \"aperture\" and \"light\"");
     case FileKind::kEmpty:
       throw InputError(path, "", "an empty file",
                        command == "psd" ? "a measured file" : "a study file (JSON), see `aberfit schema`");
@@ -117,7 +121,7 @@ std::string beside(const std::string& path) { return std::filesystem::path(path)
     case FileKind::kUnknown:
       break;
   }
-  throw InputError(path, "", "a study", fmt::format("another file than a study for `aberfit {}`", command));
+  throw InputError(path, "", "a study", fmt::format("a file other than a study for `aberfit {}`", command));
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ using namespace internal;
 
 namespace {
 
-// Of a Specification, of Ceilings or of a PsdOfFocus.
+// The JSON of a Specification, of Ceilings or of a PsdOfFocus.
 template <typename Answer>
 nlohmann::ordered_json answer_json(const Answer& answer, const Study& study, const RunOptions& options) {
   return to_json(answer, resolved_study(study), provenance_of(study, options));
@@ -42,7 +42,7 @@ void require_block(const Study& study) {
                      "0.6 arcsec\"}}; `aberfit new budget` writes such a study");
 }
 
-// Both commands' pictures, table and document, beside what they have of their own.
+// Writes the pictures, the table and the document that all answers have.
 template <typename Answer>
 void write_answer(const Answer& answer, const Study& study, const RunOptions& options, const std::string& to,
                   std::vector<DrawnPicture> drawn) {
@@ -50,14 +50,15 @@ void write_answer(const Answer& answer, const Study& study, const RunOptions& op
                {page_of(answer), answer_json(answer, study, options), typed_study(study), std::move(drawn)});
 }
 
-// Transfer functions multiply; slopes of turbulence have no variance.
+// Only generalised Harvey-Shack theory can include the path, because the transfer functions of its parts
+// multiply. Geometric theory would need the variance of slopes, which turbulence does not have.
 void require_light_of_path(const Study& study) {
   const Theory theory = theory_of_targets(study, RadialPsd(*study.psd));
   if (theory != Theory::kGhs)
-    throw FieldError("target.theory", to_string(theory), "\"auto\" or \"ghs\" beside solve.with");
+    throw FieldError("target.theory", to_string(theory), "\"auto\" or \"ghs\" with solve.with");
 }
 
-// The part of a sum that a number belongs to: its name, or "part 2"; parts of parts one after the other.
+// The part of a sum that a number belongs to: its name, or "part 2". A part of a part is "part 2 of part 1".
 std::string part_of(const Study& study, const std::string& pointer) {
   std::string part;
   const RoughnessModel* node = study.roughness ? &*study.roughness : nullptr;
@@ -79,7 +80,7 @@ std::string part_of(const Study& study, const std::string& pointer) {
 std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
   if (!study.psd)
     throw InputError(study.path, "/roughness", kMissing,
-                     "`aberfit solve` needs a roughness block: its numbers are solved for");
+                     "`aberfit solve` needs a roughness block with the numbers to solve for");
   const std::vector<PsdNumber> numbers = psd_numbers(study);
   std::vector<std::string> known;
   for (const PsdNumber& number : numbers) known.push_back(number.pointer);
@@ -89,10 +90,10 @@ std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
     const auto at = std::find(known.begin(), known.end(), pointer);
     if (at == known.end())
       throw InputError(study.path, fmt::format("/solve/for/{}", k), '"' + pointer + '"',
-                       known.empty() ? "a roughness with numbers: the model that `aberfit psd` has found, "
-                                       "instead of \"measured\""
-                                     : fmt::format("a number of the roughness that the study has: {}",
-                                                   fmt::join(known, ", ")));
+                       known.empty()
+                           ? "a roughness with numbers, such as the model that `aberfit psd` finds, instead "
+                             "of \"measured\""
+                           : fmt::format("a number of the study's roughness: {}", fmt::join(known, ", ")));
     const PsdNumber& number = numbers[std::size_t(at - known.begin())];
     unknowns.push_back({number.pointer, number.value, number.dimension, part_of(study, number.pointer)});
   }
@@ -105,11 +106,11 @@ Specification run_solve(const Study& given, const RunOptions& options) {
   if (study.solve->budgets.empty())
     throw InputError(
         study.path, "/solve/so_that", kMissing,
-        "the command needs budgets that have to hold; a measured focus is for `aberfit solve` alone");
+        "the command needs budgets that have to hold; a measured focus works only with `aberfit solve`");
   if (study.solve->unknowns.empty())
     throw InputError(
         study.path, "/solve/for", kMissing,
-        "the command needs one or two numbers of the roughness; ceilings are for `aberfit solve` alone");
+        "the command needs one or two numbers of the roughness; ceilings work only with `aberfit solve`");
   const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
   ResultFolder folder(options.output_directory,
                       claim_of("solve", options, {"contour.csv"}, wanted_pictures(options, &study),

@@ -19,7 +19,7 @@ using namespace internal;
 
 namespace {
 
-// A length in the plane; an angle on the sky is that times the focal length.
+// The length in the plane of the focus; an angle on the sky is multiplied by the focal length.
 double in_the_plane(const std::optional<std::variant<std::string, double>>& extent, double focal_length) {
   if (!extent) return 0;
   if (const auto* length = std::get_if<double>(&*extent)) return *length;
@@ -42,7 +42,7 @@ PsdOfFocus run_psd_of_focus(const Study& given, const RunOptions& options) {
   focus.reach = in_the_plane(study.solve->focus->reach, study.mirror.focal_length);
   const StudyFamily own(study, study.solve->unknowns);
   const Contributors others = study.solve->with ? contributors(*study.solve->with) : Contributors{};
-  Contributors mirrors = others;  // air and jitter pass many times within an exposure
+  Contributors mirrors = others;  // an exposure averages over air and jitter
   mirrors.atmosphere.reset();
   mirrors.jitter = 0;
   PsdOfFocus result = with_fields_of(study, [&] {

@@ -6,8 +6,8 @@
 
 namespace aberfit::internal {
 
-/// The numbers that the study's `solve` block looks for, with their starts. Throws InputError for what is
-/// none.
+/// The numbers that the study's `solve` block looks for, with their starts. Throws InputError for a pointer
+/// to anything else.
 std::vector<SolveUnknown> solve_unknowns(const Study& study);
 
 }  // namespace aberfit::internal

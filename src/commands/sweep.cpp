@@ -28,22 +28,22 @@ using namespace internal;
 
 namespace {
 
-// How many cases go to a rank at once: of short ones many, or asking would take as long.
+// Number of cases that a rank gets at once. Short cases come in groups, because asking for one takes as long.
 std::size_t longest_run(CaseLevel level) { return level == CaseLevel::kCheck ? 32 : 1; }
 
-// Progress of many threads on one line, a few times a second.
+// Shows the progress of many threads on one line, a few times a second.
 class SweepProgress {
  public:
   SweepProgress(const RunOptions& options, std::size_t known, std::size_t left)
       : show_(options.progress), known_(known), left_(left) {}
-  // handed_out: cases that this process and others were given.
+  // handed_out: number of cases given to this process and others.
   void tell(std::size_t handed_out) {
     const std::lock_guard lock(mutex_);
     const auto now = std::chrono::steady_clock::now();
     if (!show_ || now - shown_ < std::chrono::milliseconds(250)) return;
     shown_ = now;
     const std::string known =
-        known_ > 0 ? fmt::format("; {} known from before", grouped(double(known_))) : "";
+        known_ > 0 ? fmt::format("; {} known from earlier runs", grouped(double(known_))) : "";
     show_(progress_text(handed_out, left_, 0, std::chrono::duration<double>(now - begin_).count()) + known);
   }
 
@@ -74,17 +74,16 @@ struct Sweep {
     if (damaged > 0)
       warnings.push_back(
           {"damaged-records",
-           fmt::format("{} lines below {} are no records and were passed over; their cases are "
-                       "run again",
+           fmt::format("{} lines in files of {} are not records and were ignored; their cases are run again",
                        damaged, folder)});
   }
 };
 
-// This process' part of the cases, and, where it is rank 0 of several, that of the others on request.
+// Runs this process' part of the cases. Rank 0 of several also hands cases to the others on request.
 void run_part(const Sweep& sweep, Team* team, LocalQueue* queue, const RunOptions& options) {
   const Study& study = sweep.cases.study();
   RunContext context = context_of(options);
-  if (team && options.threads <= 0) context.threads = 1;  // there is a rank for every processor
+  if (team && options.threads <= 0) context.threads = 1;  // assume one rank for every processor
   SweepProgress progress(options, sweep.plan.size() - queue->size(), queue->size());
   context.progress = [&](const std::string&) { progress.tell(queue->handed_out()); };
   CaseJournal journal(sweep.folder);
@@ -127,11 +126,12 @@ ResultClaim claim_of_sweep(const Study& study, const RunOptions& options) {
                   {"curve_", "map_", "contour_"});
 }
 
-// Records are only added to, and results only put where nothing else is: known before a case is run.
+// We check the folder before a case runs: records must be a sweep's, and results must not replace other
+// files.
 void require_own_folder(const Sweep& sweep, const RunOptions& options) {
   ResultFolder::look(options.output_directory, claim_of_sweep(sweep.cases.study(), options));
   if (const std::string file = foreign_journal(sweep.folder); !file.empty())
-    throw InputError(file, "", "no records of a sweep", "another folder with --output");
+    throw InputError(file, "", "a folder without records of a sweep", "another folder with --output");
 }
 
 SweepReport gather(Sweep* sweep, const RunOptions& options) {
@@ -193,7 +193,7 @@ ExitCode sweep_command(CommandLine line) {
   ProgressLine progress(!line.quiet);
   const Interrupt interrupt;
   const TimeLimit limit(line.time_limit);
-  std::atomic<bool> ended{false};  // before all cases were handed out
+  std::atomic<bool> ended{false};  // true if stopped before all cases were handed out
   RunOptions options = run_options(line, &progress);
   options.interrupted = [&] {
     const bool end = interrupt.asked() || limit.over();

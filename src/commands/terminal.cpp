@@ -17,7 +17,6 @@ namespace {
 
 constexpr std::chrono::seconds kBetweenLines{20};
 
-// How good the news of a headline are, by the word in capitals that it begins with.
 }  // namespace
 
 ProgressLine::ProgressLine(bool wanted) : shown_(wanted), rewrites_(takes_escapes(stderr)) {}
@@ -64,10 +63,10 @@ void print(const CommandLine& line, const std::function<nlohmann::ordered_json()
   if (isatty(STDOUT_FILENO) == 1) style = {std::size_t(text_width()), takes_colour(stdout)};
   std::string text = line.json ? json().dump(2) : text_of(page, style);
   if (!text.empty() && text.back() != '\n') text += '\n';
-  // Flushed before anything goes to standard error, which may be the same file; a full disk is no success.
+  // We flush before anything goes to standard error, which may be the same file. A full disk is an error.
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw InputError("standard output", "", fmt::format("a failing write ({})", std::strerror(errno)),
-                     "a place that can be written to");
+                     "a file or device that can be written to");
 }
 
 void say_where(const CommandLine& line) {

@@ -10,9 +10,9 @@
 
 namespace aberfit::internal {
 
-/// On a terminal one line of standard error, rewritten in place and gone before anything else is printed; in
-/// a log, or on a terminal without escape sequences (TERM=dumb), a line now and then where the work takes
-/// long.
+/// Shows progress on standard error. On a terminal it rewrites one line and clears it before anything else is
+/// printed. In a log, or on a terminal without escape sequences (TERM=dumb), it prints a line now and then if
+/// the work takes long.
 class ProgressLine {
  public:
   explicit ProgressLine(bool wanted);
@@ -33,11 +33,11 @@ class ProgressLine {
 /// The options of the command line, with progress on `progress`, which must outlive them.
 RunOptions run_options(const CommandLine& line, ProgressLine* progress);
 
-/// Prints the JSON where the command line asks for it, else the page. The JSON is made only then: its
-/// provenance reads every input file.
+/// Prints the JSON if the command line asks for it, otherwise the page. The JSON is made only if asked for,
+/// because its provenance reads every input file.
 void print(const CommandLine& line, const std::function<nlohmann::ordered_json()>& json, const Page& page);
 
-/// Says in which folder the results are, unless to be quiet.
+/// Says in which folder the results are, unless the command line asks for quiet.
 void say_where(const CommandLine& line);
 
 }  // namespace aberfit::internal

@@ -16,8 +16,9 @@ Warnings unused_parts(const Study& study, const std::string& remedy) {
   if (!with.surfaces.empty()) parts.emplace_back("surfaces");
   if (parts.empty()) return {};
   return {{"contributors-not-used",
-           fmt::format("solve.with ({}) is not used here: these are results of the mirror alone; {} has it",
-                       fmt::join(parts, ", "), remedy)}};
+           fmt::format(
+               "solve.with ({}) is not used here, because these results are of the mirror alone; {} uses it",
+               fmt::join(parts, ", "), remedy)}};
 }
 
 }  // namespace aberfit::internal

@@ -6,8 +6,8 @@
 
 namespace aberfit::internal {
 
-/// What the study says of the light's path beside the mirror, where a command computes the mirror alone: one
-/// warning `contributors-not-used`, or none. remedy: what to run instead, e.g. "`aberfit solve`".
+/// Warns that a command computes only the mirror, while the study describes more of the light's path: one
+/// warning `contributors-not-used`, or none. remedy: the command to run instead, e.g. "`aberfit solve`".
 Warnings unused_parts(const Study& study, const std::string& remedy);
 
 }  // namespace aberfit::internal

@@ -21,14 +21,15 @@ VerifyReport run_verify(const Study& given, const RunOptions& options) {
   if (!study.psd)
     throw InputError(
         study.path, "/roughness", kMissing,
-        "`aberfit verify` needs a roughness block: it compares with its Harvey-Shack prediction");
+        "`aberfit verify` needs a roughness block, because it compares with its Harvey-Shack prediction");
   if (study.wavelength.is_band())
-    throw InputError(study.path, "/light", "a band of light",
-                     "one wavelength: verify holds each kind of light against its theory");
+    throw InputError(
+        study.path, "/light", "a band of light",
+        "one wavelength, because `verify` compares rays and waves with their theories at one wavelength");
   const PictureOptions pictures = wanted_pictures(options, &study);
   ResultFolder folder(options.output_directory,
                       claim_of("verify", options, {}, pictures, verify_picture_names()));
-  if (options.progress) options.progress("tracing and diffracting draws of the roughness");
+  if (options.progress) options.progress("tracing and diffracting realisations of the roughness");
   const int threads = context_of(options).threads;
   VerifyReport report = with_fields_of(
       study, [&] { return verify(study, study.verify_draws, given_surface(study, options), threads); });

@@ -1,6 +1,6 @@
-# Makes OUT, a C++ source that holds text files: cmake -DFILES="a.gp;b.html" -DOUT=... -DSOURCE=... -P embed.cmake
-# Also the commit of SOURCE, the project's folder, so that a result says what made it. OUT is written only where it
-# changes.
+# Writes OUT, a C++ source that holds text files: cmake -DFILES="a.gp;b.html" -DOUT=... -DSOURCE=... -P
+# embed.cmake It also holds the commit of the project's folder SOURCE, so that a result can say which code
+# made it. OUT is rewritten only if it changes.
 execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=12 OUTPUT_VARIABLE commit
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 set(text "#include <map>\n#include <stdexcept>\n#include <string>\n\nnamespace aberfit {\n\n\
@@ -8,7 +8,7 @@ const std::string& embedded_text(const std::string& name) {\n  static const std:
 foreach(file IN LISTS FILES)
   cmake_path(GET file FILENAME name)
   file(READ ${file} content)
-  # Compilers take string literals of 64 kB.
+  # Compilers accept string literals only up to 64 kB.
   string(LENGTH "${content}" length)
   string(APPEND text "\n{\"${name}\",")
   set(at 0)

@@ -107,13 +107,6 @@ struct LeastNorm::Decomposition {
 LeastNorm::LeastNorm(const MatrixXd& matrix)
     : decomposition_(new Decomposition{Eigen::CompleteOrthogonalDecomposition<MatrixXd>(matrix)}) {}
 
-LeastNorm::LeastNorm(const MatrixXd& matrix, double threshold) {
-  auto decomposition = std::make_unique<Decomposition>();
-  decomposition->qtz.setThreshold(threshold);
-  decomposition->qtz.compute(matrix);
-  decomposition_ = std::move(decomposition);
-}
-
 LeastNorm::~LeastNorm() = default;
 
 VectorXd LeastNorm::solve(const VectorXd& right) const { return decomposition_->qtz.solve(right); }

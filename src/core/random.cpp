@@ -22,7 +22,7 @@ r123::Philox4x64::ctr_type block(const std::array<std::uint64_t, 2>& key, std::u
   return r123::Philox4x64()({{index, 0, 0, 0}}, {{key[0], key[1]}});
 }
 
-// 53 bits at the centres of their intervals: never 0, never 1.
+// The 53 bits give centres of intervals, so the value is never 0 or 1.
 double open_unit(std::uint64_t bits) { return (double(bits >> 11) + 0.5) * 0x1p-53; }
 
 }  // namespace

@@ -82,7 +82,7 @@ std::string from_utf16(std::string_view bytes, bool big_endian) {
   return text;
 }
 
-// True for digits, one comma, digits, with an optional sign, decimals and exponent.
+// Returns true for digits, one comma, digits, with an optional sign, decimals and exponent.
 bool has_decimal_comma(std::string_view word) {
   const std::size_t comma = word.find(',');
   if (comma == std::string_view::npos || word.find(',', comma + 1) != std::string_view::npos) return false;
@@ -258,11 +258,10 @@ TextLines::TextLines(const std::string& path) : path_(path) {
   std::error_code error;
   // Only files: a pipe could block, and a folder opens without an error.
   if (!std::filesystem::is_regular_file(path, error))
-    throw InputError(path, "", "no file", "the name of a file that can be read");
+    throw InputError(path, "", "no file", "the name of a readable file");
   unread_ = std::size_t(std::filesystem::file_size(path, error));
   file_.open(path, std::ios::binary);
-  if (!file_)
-    throw InputError(path, "", "a file that cannot be opened", "the name of a file that can be read");
+  if (!file_) throw InputError(path, "", "a file that cannot be opened", "the name of a readable file");
   if (!fill()) return;
   if (std::string_view(buffer_.data(), end_).starts_with("\xef\xbb\xbf")) begin_ = 3;
 }
@@ -308,8 +307,7 @@ bool TextLines::next(std::string_view* line) {
       fail_at_line(path_, number_ + 1, fmt::format("more than {} characters", kLongestLine), "shorter lines");
     begin_ = std::size_t(stop - buffer_.begin());
     if (stop == last) continue;
-    if (*stop == '\0')
-      fail_at_line(path_, number_ + 1, "a byte that is zero, as in a binary file", kTextAllowed);
+    if (*stop == '\0') fail_at_line(path_, number_ + 1, "a zero byte, as in a binary file", kTextAllowed);
     after_return_ = *stop == '\r';
     ++begin_;
     break;

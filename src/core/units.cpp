@@ -147,7 +147,7 @@ class UnitExpression {
     int length_power = 0;
   };
 
-  // False, before an int overflows, for a product beyond every real unit.
+  // Returns false, before an int overflows, for a product beyond every real unit.
   static bool multiply(Term* product, const Term& term, int power) {
     product->unit.factor *= std::pow(term.unit.factor, power);
     product->unit.exponent10 += power * term.unit.exponent10;
@@ -250,7 +250,7 @@ std::optional<Unit> find_unit(std::string_view name, Dimension dimension) {
   return std::nullopt;
 }
 
-// In the order of Dimension.
+// The order is that of Dimension.
 constexpr const char* kDimensionNames[] = {"a length",
                                            "an angle",
                                            "a spatial frequency",
@@ -382,7 +382,7 @@ std::string format_quantity(double value, Dimension dimension) {
     if (dimension == Dimension::kAngle) return with_prefix(value, kAnglePrefixes);
     if (dimension == Dimension::kSpatialFrequency) return with_prefix(value, kFrequencyPrefixes);
   }
-  // In the order of Dimension; PSDs in the usual units of optical metrology.
+  // Entries are in the order of Dimension; PSDs have the usual units of optical metrology.
   static constexpr Prefix kShownIn[] = {{" m", 1},           {" rad", 1},           {" /m", 1}, {" %", 1e-2},
                                         {" nm^2 mm", 1e-21}, {" nm^2 mm^2", 1e-24}, {"", 1},    {" s", 1}};
   const Prefix& in = kShownIn[std::size_t(dimension)];

@@ -249,11 +249,11 @@ Solve solve_once(const FitProblem& problem, CalibrationResiduals& residuals, con
     return {FitStatus::kFailed, "the solver failed: " + summary.message};
   const double mismatch = worst_mismatch(problem, residuals, 0);
   if (mismatch <= std::max(1.0, options.stop_at))
-    return {FitStatus::kConverged, fmt::format("every target is within {:.2g} of its tolerance", mismatch)};
+    return {FitStatus::kConverged, fmt::format("every target is met within {:.2g} tolerances", mismatch)};
   if (summary.termination_type == ceres::CONVERGENCE && mismatch > kFarOff)
     return {FitStatus::kNotConverged,
-            fmt::format("stuck where no step helps, with the largest mismatch at {:.3g} tolerances: another "
-                        "start, more terms, or targets that contradict each other",
+            fmt::format("no step lowers the cost; the largest mismatch is {:.3g} tolerances. Try another "
+                        "start or more terms, or look for targets that contradict each other",
                         mismatch)};
   if (summary.termination_type == ceres::CONVERGENCE)
     return {FitStatus::kConverged,
@@ -284,17 +284,18 @@ StartCost start_cost(const FitProblem& problem, const CalibrationResiduals& resi
   StartCost cost;
   const FocusResiduals* focus = residuals.focus();
   const SpectrumResiduals* spectrum = residuals.spectrum();
-  if (!focus && !spectrum) cost.trouble = "there is nothing to fit: neither targets nor guides nor PSD bins";
+  if (!focus && !spectrum) cost.trouble = "there is nothing to fit, neither targets nor guides nor PSD bins";
   WhiteResiduals::Linearisation here;
   if (focus) {
     // The spot of a perfect mirror exists, but its pattern is at an optimum: to first order nothing changes.
     const bool perfect = smooth_by_itself(problem.light.model) && start.isZero(0);
     if (!focus->linearise(start, perfect, &here))
-      cost.trouble = fmt::format("at the start, {}{}", focus->forward().trouble(),
-                                 start.isZero(0) ? ": start from a draw instead of the perfect mirror" : "");
+      cost.trouble =
+          fmt::format("at the start, {}{}", focus->forward().trouble(),
+                      start.isZero(0) ? "; start from a realisation instead of the perfect mirror" : "");
     else if (perfect && here.jacobian.cwiseAbs().maxCoeff() < kStationary)
       cost.trouble =
-          "no statistic changes to first order about the perfect mirror: start from a draw instead";
+          "no statistic changes to first order about the perfect mirror; start from a realisation instead";
     else
       cost.trouble = focus->forward().unreachable(problem.targets);
     if (cost.trouble.empty()) cost.value += 0.5 * here.residuals.squaredNorm();
@@ -304,8 +305,8 @@ StartCost start_cost(const FitProblem& problem, const CalibrationResiduals& resi
       cost.value += 0.5 * here.residuals.squaredNorm();
     else
       cost.trouble =
-          "a PSD bin of the surface is zero at the start, so that its logarithm has no value: start from a "
-          "draw instead of the perfect mirror, and ask only for bins that the terms reach";
+          "a PSD bin of the surface is zero at the start, so its logarithm has no value. Start from a "
+          "realisation instead of the perfect mirror, and request only bins that the terms reach";
   }
   return cost;
 }
@@ -313,7 +314,7 @@ StartCost start_cost(const FitProblem& problem, const CalibrationResiduals& resi
 }  // namespace
 
 std::string to_string(FitStatus status) {
-  // In the order of the enum.
+  // The order is that of the enum.
   constexpr const char* kWords[] = {"not_run",    "converged", "not_converged",
                                     "degenerate", "cancelled", "failed"};
   return kWords[int(status)];

@@ -53,12 +53,13 @@ class WhiteResiduals : public ceres::CostFunction {
     Jacobian jacobian;  ///< of the residuals
   };
   /// Writes the residuals at `white`. With the Jacobian, the point is remembered and a repeated request costs
-  /// nothing. False where they do not exist.
+  /// nothing. Returns false if they do not exist.
   bool evaluate(const Eigen::VectorXd& white, bool with_jacobian, double* residuals) const;
   const Linearisation& last() const { return last_; }
   int evaluations() const { return evaluations_; }  ///< number of points, each counted once
 
-  /// Values, residuals and optionally the Jacobian at `white`, without memory. False where they do not exist.
+  /// Values, residuals and optionally the Jacobian at `white`, without memory. Returns false if they do not
+  /// exist.
   virtual bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const = 0;
 
  protected:

@@ -104,7 +104,7 @@ void to_minimum_norm(const MatrixXd& null_space, const std::vector<bool>& free, 
 // Fills `beyond` and `leak` from R. Its last column, in the rows of the further terms, is the residual along
 // the columns of Q orthogonal to the first `count`. left: of R's first columns, scaled.
 void fill_beyond(const MatrixXd& factor, Index count, const MatrixXd& left, MapSolution* solution) {
-  constexpr double kTold = 1e-6;  // of a column's length; a smaller independent part is rounding of the basis
+  constexpr double kTold = 1e-6;  // fraction of a column's length; a smaller independent part is rounding
   std::vector<Index> told;
   for (Index k = count; k + 1 < factor.cols(); ++k)
     if (std::abs(factor(k, k)) > kTold * factor.col(k).norm()) told.push_back(k);

@@ -21,7 +21,7 @@ struct MapSolution {
   Eigen::MatrixXd root;          ///< (A^T A)^+ = root root^T; empty where it was not computed
   Eigen::VectorXd column_norm;   ///< of A
   int rank = 0;
-  double condition_number = 0;  ///< of A with columns of unit length, at most 1 / eps
+  double condition_number = 0;  ///< condition number of A with columns of unit length, at most 1 / eps
   bool converged = true;
   /// Components of the weighted residual along further terms, orthonormalised beside the others. leak: part
   /// of each component in the coefficients (terms x components; empty where unknown).

@@ -30,7 +30,7 @@ constexpr double kRimRounding = 1e-9;  // tolerance of a circle through points
 
 void check(const HeightMap& map, const MapFitOptions& options) {
   if (!(map.pitch_x > 0) || !(map.pitch_y > 0))
-    throw std::invalid_argument("fit_map: the map has no pitch, so that its points have no place");
+    throw std::invalid_argument("fit_map: the map has no pitch, so the positions of its points are unknown");
   if (!(options.held_out >= 0 && options.held_out < 1))
     throw std::invalid_argument(fmt::format("fit_map: held_out is {}, must be in [0, 1)", options.held_out));
 }
@@ -158,11 +158,11 @@ void warn_of_unknown_terms(MapFitResult* result) {
   const Index unknown = (result->coefficient_std.array() > result->rms_map).count();
   result->warnings.push_back(
       {"not-identified",
-       fmt::format(
-           "{} of {} terms are known to {:.3g} m at worst, more than the {:.3g} m RMS of the map: its "
-           "points hardly tell them apart (condition number {:.3g}); fit fewer terms, or a radius that "
-           "the points fill",
-           unknown, result->coefficient_std.size(), largest, result->rms_map, result->condition_number)});
+       fmt::format("{} of {} terms have standard deviations up to {:.3g} m, more than the map's RMS of "
+                   "{:.3g} m. Its points can hardly distinguish them (condition number {:.3g}); fit fewer "
+                   "terms, or a radius that the points fill",
+                   unknown, result->coefficient_std.size(), largest, result->rms_map,
+                   result->condition_number)});
 }
 
 // The residual beyond the terms: a density, and components that stand out of it. The latter are figure that
@@ -174,7 +174,7 @@ struct Beyond {
 
 Beyond split_beyond(const VectorXd& components) {
   constexpr double kStandsOut = 4;  // standard deviations; 40 Gaussians exceed it in one of 400 maps
-  constexpr double kMedianOfSquares = 0.4549;  // of Gaussian numbers, over their variance
+  constexpr double kMedianOfSquares = 0.4549;  // median of squared Gaussian numbers over their variance
   VectorXd squares = components.cwiseAbs2();
   std::sort(squares.begin(), squares.end());
   Beyond beyond;
@@ -202,11 +202,10 @@ void fill_uncertainty(const HeightMap& map, const ChosenPoints& points, const Ar
   double left = result->independent_points - double(solution.rank);
   if (left < 1) {
     left = 1;
-    result->warnings.push_back(
-        {"few-independent-points",
-         fmt::format("the residuals amount to {:.3g} independent points, no more than the {} terms fitted: "
-                     "their standard deviations are rough",
-                     result->independent_points, result->rank)});
+    result->warnings.push_back({"few-independent-points",
+                                fmt::format("the residuals are worth {:.3g} independent points, no more than "
+                                            "the {} fitted terms, so the standard deviations are rough",
+                                            result->independent_points, result->rank)});
   }
   Beyond beyond{residual.square().sum() / left, {}};
   if (solution.beyond.size() > 0) beyond = split_beyond(solution.beyond);
@@ -235,7 +234,7 @@ void fill_status(const TermSet& terms, const JointTerms& joint, const MapSolutio
   result->condition_number = solution.condition_number;
   if (!solution.converged || !result->coefficients.allFinite()) {
     result->status = MapFitResult::Status::kFailed;
-    result->message = "the solution did not settle: the terms are nearly dependent on this mask";
+    result->message = "the solution did not settle, because the terms are nearly dependent on this mask";
     return;
   }
   if (solution.rank == joint.terms.size()) {
@@ -246,12 +245,12 @@ void fill_status(const TermSet& terms, const JointTerms& joint, const MapSolutio
   }
   result->status = MapFitResult::Status::kRankDeficient;
   result->message =
-      fmt::format("the points tell {} of {} terms apart; of all solutions the one of least norm is given",
+      fmt::format("the points determine only {} of {} terms; the solution of least norm is given",
                   result->rank, terms.size());
   if (overlaps_m0(terms))
     result->warnings.push_back({"m0-overlap",
-                                "spherical powers are sums of the m = 0 Zernikes fitted beside them: how the "
-                                "height is shared between the two is a convention (least norm)"});
+                                "spherical powers are sums of the m = 0 Zernikes fitted with them; the "
+                                "division of the height between the two is a convention (least norm)"});
 }
 
 }  // namespace
@@ -281,8 +280,8 @@ MapFitResult fit_map(const HeightMap& map, const TermSet& terms, const MapFitOpt
   if (!dense)
     result.warnings.push_back(
         {"iterative-solution",
-         fmt::format("{} terms are too many for a dense solution: standard deviations are those of terms "
-                     "orthogonal on the mask (a lower bound), there is no covariance and no rank",
+         fmt::format("{} terms are too many for a dense solution. Standard deviations are those of terms "
+                     "orthogonal on the mask (a lower bound); there is no covariance and no rank",
                      terms.size())});
   result.coefficients = solution.coefficients(joint.requested);
   result.mount = plane_of(joint, solution.coefficients);

@@ -10,10 +10,10 @@
 namespace aberfit {
 namespace {
 
-constexpr double kUnseen = 1e-12;  // of a singular value over the largest: a direction without data
+constexpr double kUnseen = 1e-12;  // singular value over the largest: a direction without data
 constexpr double kUnseenVariance = 1e30;
 constexpr double kProfileTolerance = 2e-4;  // relative to the sum of squares
-constexpr double kParabola = 0.05;          // of the rise at Wald's ends
+constexpr double kParabola = 0.05;          // fraction of the rise at Wald's ends
 constexpr double kEnd = 0.01;               // relative to the distance of an end from the fit
 constexpr int kMostDoublings = 40;
 constexpr int kMostNarrowings = 12;

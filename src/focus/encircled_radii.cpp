@@ -203,7 +203,7 @@ class RadiusSolver {
   }
 
   static bool is_disc(double radius) { return radius > 0 && std::isfinite(radius * radius); }
-  // For a given radius: the bins within the kernel's reach, or the bin of the radius.
+  // Finds, for a given radius, the bins within the kernel's reach, or the bin of the radius.
   void touched(const RadiusPlane& plane, RadiusPlane::Search* search) const {
     const double radius = requests_[search->request].radius;
     search->every_bin = false;
@@ -456,7 +456,7 @@ void follow_centroid(const RayBundle& rays, double total, RayGradient* gradient)
     for (const double d : *component) sum += d;
     const std::size_t listed = gradient->all_rays ? 0 : component->size();
     component->resize(n);
-    // In place from the back: ray numbers increase, so entry k moves to place k or beyond.
+    // Works in place from the back: ray numbers increase, so entry k moves to place k or beyond.
     for (std::size_t k = listed; k-- > 0;) {
       const double value = (*component)[k];
       (*component)[k] = 0.0;

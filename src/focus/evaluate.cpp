@@ -84,12 +84,6 @@ struct Shared {
   }
 };
 
-template <typename S>
-bool any_is(const std::vector<Statistic>& statistics) {
-  return std::any_of(statistics.begin(), statistics.end(),
-                     [](const Statistic& s) { return std::holds_alternative<S>(s); });
-}
-
 // Computes the radii of all planes, and the sums that several statistics share.
 void prepare(const std::vector<Statistic>& statistics, std::vector<StatisticGradient>* gradients,
              Shared* shared) {
@@ -113,7 +107,8 @@ void prepare(const std::vector<Statistic>& statistics, std::vector<StatisticGrad
   }
   encircled_radii(shared->input.rays, shared->sums, shared->about_centroid(), shared->width, shared->threads,
                   &b.radii, &b.requests);
-  if (any_is<ScatterRms>(statistics) || any_is<ScatterMean>(statistics))
+  const auto of_angles = [](const Statistic& s) { return kind_of(s).dimension == Dimension::kAngle; };
+  if (std::any_of(statistics.begin(), statistics.end(), of_angles))
     shared->angles = sum_angles(shared->input.rays, shared->input.nominal, shared->threads);
 }
 
@@ -158,14 +153,78 @@ void add_ring_radius(const RayGradient& radius, double scale, RayGradient* gradi
     d->reserve(spare);
 }
 
-// Evaluates one smooth statistic with its gradient; NaN when it does not exist.
-class SmoothEvaluator {
+// Evaluates one statistic, exact where the width of `shared` is 0, else smooth; NaN when it does not exist.
+// The derivative of a smooth one must exist, too.
+class Evaluator {
  public:
-  SmoothEvaluator(const Shared& shared, std::size_t index, StatisticGradient* gradient)
-      : shared_(shared), in_(shared.input), index_(index), gradient_(gradient) {}
+  Evaluator(const Shared& shared, std::size_t index, StatisticGradient* gradient, Warning* warning)
+      : shared_(shared), in_(shared.input), index_(index), gradient_(gradient), warning_(warning) {}
 
   double operator()(const EncircledEnergyRadius&) const { return shared_.radius_of(index_); }
-  double operator()(const RingFwhm& s) const {
+  double operator()(const RingFwhm& s) const { return exact() ? exact_ring(s) : smooth_ring(s); }
+  double operator()(const RingThrough&) const { return shared_.share_of(index_); }
+  double operator()(const ScatterRms&) const {
+    const double total = shared_.sums.weight, rms = std::sqrt(shared_.angles.squares / total);
+    if (!exact() && !(rms > kNoScatter)) return std::nan("");
+    if (gradient_) spread_angles(1.0 / (rms * total), false);
+    return rms;
+  }
+  double operator()(const ScatterMean&) const {
+    const double total = shared_.sums.weight, mean = shared_.angles.firsts / total;
+    if (!exact() && !(mean > kNoScatter)) return std::nan("");
+    if (gradient_) spread_angles(1.0 / total, true);
+    return mean;
+  }
+  double operator()(const SpotFwhm& s) const {
+    RayGradient* rays = gradient_ ? &gradient_->rays : nullptr;
+    const double factor = exact() ? 1.0 : 0.5;
+    const auto x =
+        line_spread_fwhm(in_.rays.x, in_.rays.weight, s.bandwidth, factor, rays ? &rays->d_x : nullptr);
+    const auto y =
+        line_spread_fwhm(in_.rays.y, in_.rays.weight, s.bandwidth, factor, rays ? &rays->d_y : nullptr);
+    if (!x || !y) {
+      if (exact() && s.bandwidth > 0) warn_of_bandwidth(s.bandwidth);
+      return std::nan("");
+    }
+    if (rays) rays->all_rays = true;
+    return 0.5 * (*x + *y);
+  }
+  double operator()(const RmsRadius& s) const {
+    const Point centre = shared_.centre(s.dz);
+    const double total = shared_.sums.weight, rms = std::sqrt(second_moment(in_.rays, s.dz, centre) / total);
+    if (!exact() && !(rms > 0)) return std::nan("");
+    // The centroid does not contribute, because first moments about it vanish.
+    if (gradient_) second_moment_gradient(in_.rays, s.dz, centre, 1.0 / (total * rms), &gradient_->rays);
+    return rms;
+  }
+  double operator()(const RmsHeight&) const {
+    const HeightMoments moments = height_moments(in_.rays.weight, in_.height);
+    const double rms = std::hypot(moments.rms, in_.unseen_height);
+    if (!exact() && !(rms > 0)) return std::nan("");
+    if (gradient_)
+      gradient_->d_height =
+          in_.rays.weight * (in_.height - moments.mean) * (1.0 / (rms * shared_.sums.weight));
+    return rms;
+  }
+  double operator()(const WaveKind auto&) const { return std::nan(""); }
+
+ private:
+  bool exact() const { return shared_.width == 0; }
+  double exact_ring(const RingFwhm& s) const {
+    const auto result = exact_ring_width(in_.rays, shared_.sums, shared_.ring_of(index_, s), shared_.threads,
+                                         &shared_.buffers.rings[index_]);
+    if (!result) {
+      *warning_ = {"ring-fwhm-missing",
+                   "the energy inside the ring does not fall to half its maximum on both sides of focus"};
+      return std::nan("");
+    }
+    if (result->crossings > 2)
+      *warning_ = {"ring-fwhm-crossings", "the energy through the ring crosses half its maximum " +
+                                              std::to_string(result->crossings) +
+                                              " times; the width is that of the main peak"};
+    return result->fwhm;
+  }
+  double smooth_ring(const RingFwhm& s) const {
     const Ring ring = shared_.ring_of(index_, s);
     RayGradient* rays = gradient_ ? &gradient_->rays : nullptr;
     double d_ring = 0;
@@ -178,51 +237,15 @@ class SmoothEvaluator {
     if (rays && !s.ring_radius) add_ring_radius(shared_.buffers.ring_gradients[index_], d_ring, rays);
     return result->fwhm;
   }
-  double operator()(const RingThrough&) const { return shared_.share_of(index_); }
-  double operator()(const ScatterRms&) const {
-    const double total = shared_.sums.weight, rms = std::sqrt(shared_.angles.squares / total);
-    if (!(rms > kNoScatter)) return std::nan("");
-    if (gradient_) spread_angles(1.0 / (rms * total), false);
-    return rms;
+  void warn_of_bandwidth(double bandwidth) const {
+    const double spread = operator()(RmsRadius{0});
+    *warning_ = {"spot-fwhm-missing",
+                 fmt::format("the `bandwidth` of spot_fwhm is {}, narrower than 1/{} of the spot's RMS "
+                             "radius {}, so single rays appear as peaks; {} is wide enough",
+                             format_quantity(bandwidth, Dimension::kLength), kNarrowestLine,
+                             format_quantity(spread, Dimension::kLength),
+                             format_quantity(spread / kNarrowestLine, Dimension::kLength))};
   }
-  double operator()(const ScatterMean&) const {
-    const double total = shared_.sums.weight, mean = shared_.angles.firsts / total;
-    if (!(mean > kNoScatter)) return std::nan("");
-    if (gradient_) spread_angles(1.0 / total, true);
-    return mean;
-  }
-  double operator()(const SpotFwhm& s) const {
-    RayGradient* rays = gradient_ ? &gradient_->rays : nullptr;
-    const auto x =
-        line_spread_fwhm(in_.rays.x, in_.rays.weight, s.bandwidth, 0.5, rays ? &rays->d_x : nullptr);
-    const auto y =
-        line_spread_fwhm(in_.rays.y, in_.rays.weight, s.bandwidth, 0.5, rays ? &rays->d_y : nullptr);
-    if (!x || !y) return std::nan("");
-    if (rays) rays->all_rays = true;
-    return 0.5 * (*x + *y);
-  }
-  double operator()(const RmsRadius& s) const {
-    const Point centre = shared_.centre(s.dz);
-    const double total = shared_.sums.weight, rms = std::sqrt(second_moment(in_.rays, s.dz, centre) / total);
-    if (!(rms > 0)) return std::nan("");
-    // The centroid does not contribute, because first moments about it vanish.
-    if (gradient_) second_moment_gradient(in_.rays, s.dz, centre, 1.0 / (total * rms), &gradient_->rays);
-    return rms;
-  }
-  double operator()(const RmsHeight&) const {
-    const HeightMoments moments = height_moments(in_.rays.weight, in_.height);
-    const double rms = std::hypot(moments.rms, in_.unseen_height);
-    if (!(rms > 0)) return std::nan("");
-    if (gradient_)
-      gradient_->d_height =
-          in_.rays.weight * (in_.height - moments.mean) * (1.0 / (rms * shared_.sums.weight));
-    return rms;
-  }
-  double operator()(const StrehlRatio&) const { return std::nan(""); }
-  double operator()(const ModulationTransfer&) const { return std::nan(""); }
-  double operator()(const EnsquaredThrough&) const { return std::nan(""); }
-
- private:
   void spread_angles(double scale, bool mean) const {
     gradient_->rays.all_rays = true;
     angle_gradient(in_.rays, in_.nominal, scale, mean, shared_.threads, &gradient_->rays.d_tx,
@@ -232,69 +255,8 @@ class SmoothEvaluator {
   const Shared& shared_;
   const FocusInput& in_;
   std::size_t index_;
-  StatisticGradient* gradient_;
-};
-
-// Evaluates one exact statistic; NaN when it does not exist.
-class ExactEvaluator {
- public:
-  ExactEvaluator(const Shared& shared, std::size_t index, Warning* warning)
-      : shared_(shared), in_(shared.input), index_(index), warning_(warning) {}
-
-  double operator()(const EncircledEnergyRadius&) const { return shared_.radius_of(index_); }
-  double operator()(const RingFwhm& s) const {
-    const auto result = exact_ring_width(in_.rays, shared_.sums, shared_.ring_of(index_, s), shared_.threads,
-                                         &shared_.buffers.rings[index_]);
-    if (!result) {
-      *warning_ = {
-          "ring-fwhm-missing",
-          "the share of light inside the ring does not fall to half its maximum on both sides of focus"};
-      return std::nan("");
-    }
-    if (result->crossings > 2)
-      *warning_ = {"ring-fwhm-crossings", "the ring-through profile crosses half its maximum " +
-                                              std::to_string(result->crossings) +
-                                              " times; the width is that of the main peak"};
-    return result->fwhm;
-  }
-  double operator()(const RingThrough&) const { return shared_.share_of(index_); }
-  double operator()(const ScatterRms&) const {
-    return std::sqrt(shared_.angles.squares / shared_.sums.weight);
-  }
-  double operator()(const ScatterMean&) const { return shared_.angles.firsts / shared_.sums.weight; }
-  double operator()(const SpotFwhm& s) const {
-    const auto x = line_spread_fwhm(in_.rays.x, in_.rays.weight, s.bandwidth, 1.0, nullptr);
-    const auto y = line_spread_fwhm(in_.rays.y, in_.rays.weight, s.bandwidth, 1.0, nullptr);
-    if (!x || !y) {
-      if (s.bandwidth > 0) {
-        const double spread = operator()(RmsRadius{0});
-        *warning_ = {
-            "spot-fwhm-missing",
-            fmt::format("the `bandwidth` of spot_fwhm is {}, narrower than 1/{} of the light, whose RMS "
-                        "radius is {}, and single rays are all the peaks there are; {} is wide enough",
-                        format_quantity(s.bandwidth, Dimension::kLength), kNarrowestLine,
-                        format_quantity(spread, Dimension::kLength),
-                        format_quantity(spread / kNarrowestLine, Dimension::kLength))};
-      }
-      return std::nan("");
-    }
-    return 0.5 * (*x + *y);
-  }
-  double operator()(const RmsRadius& s) const {
-    return std::sqrt(second_moment(in_.rays, s.dz, shared_.centre(s.dz)) / shared_.sums.weight);
-  }
-  double operator()(const RmsHeight&) const {
-    return std::hypot(height_moments(in_.rays.weight, in_.height).rms, in_.unseen_height);
-  }
-  double operator()(const StrehlRatio&) const { return std::nan(""); }
-  double operator()(const ModulationTransfer&) const { return std::nan(""); }
-  double operator()(const EnsquaredThrough&) const { return std::nan(""); }
-
- private:
-  const Shared& shared_;
-  const FocusInput& in_;
-  std::size_t index_;
-  Warning* warning_;
+  StatisticGradient* gradient_;  // null for exact ones
+  Warning* warning_;             // null for smooth ones
 };
 
 }  // namespace
@@ -305,13 +267,13 @@ Eigen::VectorXd evaluate_exact(const FocusInput& input, const std::vector<Statis
   FocusWorkspace workspace;
   Shared shared{input, sum_rays(input.rays, threads), {}, 0.0, threads, workspace.buffers()};
   if (!(shared.sums.weight > 0)) {
-    if (warnings) warnings->push_back({"no-light", "every ray is lost: no focal statistic exists"});
+    if (warnings) warnings->push_back({"no-light", "every ray is lost, so no focal statistic exists"});
     return values;
   }
   prepare(statistics, nullptr, &shared);
   std::vector<Warning> found(statistics.size());
   for_each_statistic(statistics, &shared, [&](std::size_t k) {
-    values[Eigen::Index(k)] = std::visit(ExactEvaluator(shared, k, &found[k]), statistics[k]);
+    values[Eigen::Index(k)] = std::visit(Evaluator(shared, k, nullptr, &found[k]), statistics[k]);
   });
   for (std::size_t k = 0; warnings && k < found.size(); ++k) {
     if (found[k].code.empty()) continue;
@@ -336,7 +298,7 @@ bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& stat
   if (!(shared.sums.weight > 0) || !(width > 0)) return false;
   prepare(statistics, gradients, &shared);
   for_each_statistic(statistics, &shared, [&](std::size_t k) {
-    const SmoothEvaluator evaluate(shared, k, gradients ? &(*gradients)[k] : nullptr);
+    const Evaluator evaluate(shared, k, gradients ? &(*gradients)[k] : nullptr, nullptr);
     (*values)[Eigen::Index(k)] = std::visit(evaluate, statistics[k]);
   });
   return values->allFinite();

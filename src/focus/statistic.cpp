@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/overloaded.h"
 
 namespace aberfit {
@@ -33,29 +34,41 @@ std::string plane(double dz) {
   return millimetres == "0" ? "" : "@" + millimetres + "mm";
 }
 
-std::string frequency(double per_metre) { return "@" + digits(1e-3 * per_metre) + "/mm"; }
-
 std::string ring(const RingFwhm& statistic) {
   if (statistic.ring_radius) return "@ring=" + digits(1e6 * *statistic.ring_radius) + "um";
   const std::string name = encircled(statistic.ring_fraction);
   return name == "ee90" ? "" : "@ring=" + name;
 }
 
-// The kinds are in the order of Statistic.
-const StatisticKind kKinds[] = {
-    {"ee", false, Dimension::kLength, true, true, true, false},
-    {"ring_fwhm", true, Dimension::kLength, false, true, true, false},
-    {"ee_within", true, Dimension::kFraction, true, true, true, false},
-    {"scatter_rms", true, Dimension::kAngle, false, true, true, true},
-    {"scatter_mean", true, Dimension::kAngle, false, true, true, true},
-    {"spot_fwhm", true, Dimension::kLength, false, true, true, false},
-    {"rms_radius", true, Dimension::kLength, true, false, true, false},
-    {"rms_height", true, Dimension::kLength, false, true, true, true},
-    {"strehl", true, Dimension::kFraction, false, true, false, false},
-    {"mtf", true, Dimension::kFraction, false, true, false, false},
-    {"ensquared_within", true, Dimension::kFraction, true, true, false, false},
+// One row for each kind, in the order of Statistic.
+struct Row {
+  StatisticKind kind;
+  StudyOption option;
+  Statistic (*with)(const StatisticOptions&);
 };
-static_assert(std::size(kKinds) == std::variant_size_v<Statistic>);
+template <typename S>
+constexpr Row row() {
+  Row row{S::kKind, {}, [](const StatisticOptions& options) -> Statistic {
+            if constexpr (std::is_empty_v<S>)
+              return S{};
+            else
+              return S::with(options);
+          }};
+  if constexpr (HasOption<S>) row.option = S::kOption;
+  return row;
+}
+template <typename... S>
+std::vector<Row> rows(const std::variant<S...>&) {
+  return {row<S>()...};
+}
+const std::vector<Row> kRows = rows(Statistic{});
+
+const Row& row_of(const std::string& key) {
+  const bool percent = key.size() > 2 && key.starts_with("ee") && key[2] >= '0' && key[2] <= '9';
+  for (const Row& row : kRows)
+    if (row.option.form == StudyOption::kPercent ? percent : key == row.kind.key) return row;
+  throw std::invalid_argument("there is no statistic \"" + key + '"');
+}
 
 const std::pair<const char*, Dimension> kSuffixes[] = {{"_m", Dimension::kLength},
                                                        {"_rad", Dimension::kAngle}};
@@ -89,11 +102,12 @@ struct Name {
   NameOf operator()(const EnsquaredThrough& s) const {
     return {"ensquared_within_" + digits(1e6 * s.side) + "um", plane(s.dz)};
   }
-  NameOf operator()(const ModulationTransfer& s) const { return {"", frequency(s.frequency)}; }
-  template <typename Other>
-  NameOf operator()(const Other&) const {
-    return {};
+  NameOf operator()(const ModulationTransfer& s) const {
+    return {"", "@" + digits(1e-3 * s.frequency) + "/mm"};
   }
+  NameOf operator()(const SpotFwhm&) const { return {}; }
+  template <typename Other>
+  requires std::is_empty_v<Other> NameOf operator()(const Other&) const { return {}; }
 };
 
 }  // namespace
@@ -104,8 +118,7 @@ Target aim_of(const Target& target) {
     Target aim = target;
     aim.scale = target.relative_to();
     if (!is_share(target.statistic) || target.scale > 0) return aim;
-    const bool within = std::holds_alternative<RingThrough>(target.statistic) ||
-                        std::holds_alternative<EnsquaredThrough>(target.statistic);
+    const bool within = kind_of(target.statistic).measure == Measure::kEnergy;
     aim.scale = within ? kFlattestCurve : std::max(aim.scale, kFlattestCurve);
     return aim;
   }
@@ -121,15 +134,13 @@ Target aim_of(const Target& target) {
 }
 
 std::vector<Target> aims_of(const std::vector<Target>& targets) {
-  std::vector<Target> aims;
-  aims.reserve(targets.size());
-  for (const Target& target : targets) aims.push_back(aim_of(target));
+  std::vector<Target> aims(targets.size());
+  std::transform(targets.begin(), targets.end(), aims.begin(), aim_of);
   return aims;
 }
 
 std::vector<Statistic> statistics_of(const std::vector<Target>& targets) {
   std::vector<Statistic> statistics;
-  statistics.reserve(targets.size());
   for (const Target& target : targets) statistics.push_back(target.statistic);
   return statistics;
 }
@@ -140,7 +151,7 @@ double gaussian_sigma(double radius, double fraction) {
   return radius / std::sqrt(-2 * std::log(1 - fraction));
 }
 
-const StatisticKind& kind_of(const Statistic& statistic) { return kKinds[statistic.index()]; }
+const StatisticKind& kind_of(const Statistic& statistic) { return kRows[statistic.index()].kind; }
 
 bool is_share(const Statistic& statistic) {
   const auto* through = std::get_if<RingThrough>(&statistic);
@@ -148,32 +159,59 @@ bool is_share(const Statistic& statistic) {
 }
 
 std::optional<double> plane_of_light(const Statistic& statistic) {
-  using Plane = std::optional<double>;
-  return std::visit(
-      Overloaded{
-          [](const EncircledEnergyRadius& s) -> Plane { return s.dz; },
-          [](const RingThrough& s) -> Plane { return s.dz; },
-          [](const EnsquaredThrough& s) -> Plane { return s.dz; },
-          [](const SpotFwhm&) -> Plane { return 0.0; }, [](const StrehlRatio&) -> Plane { return 0.0; },
-          [](const ModulationTransfer&) -> Plane { return 0.0; }, [](const RingFwhm&) -> Plane { return {}; },
-          [](const ScatterRms&) -> Plane { return {}; }, [](const ScatterMean&) -> Plane { return {}; },
-          [](const RmsRadius&) -> Plane { return {}; }, [](const RmsHeight&) -> Plane { return {}; }},
-      statistic);
+  const StatisticKind& kind = kind_of(statistic);
+  if (!kind.in_waves() || kind.plane == FocalPlane::kThrough || kind.is_moment()) return std::nullopt;
+  return std::visit(Overloaded{[](const HasPlane auto& s) { return s.dz; }, [](const auto&) { return 0.0; }},
+                    statistic);
 }
 
-const StatisticKind& kind_of_key(const std::string& key) {
-  for (const StatisticKind& kind : kKinds)
-    if (kind.has_key && key == kind.key) return kind;
-  const bool percent = key.size() > 2 && key.starts_with("ee") && key[2] >= '0' && key[2] <= '9';
-  if (percent) return kind_of(EncircledEnergyRadius{});
-  throw std::invalid_argument("no statistic is called \"" + key + '"');
+const StatisticKind& kind_of_key(const std::string& key) { return row_of(key).kind; }
+
+const StudyOption& option_of_key(const std::string& key) { return row_of(key).option; }
+
+Statistic statistic_of_key(const std::string& key, const StatisticOptions& options) {
+  return row_of(key).with(options);
 }
 
 std::vector<std::string> request_keys() {
   std::vector<std::string> keys;
-  for (const StatisticKind& kind : kKinds)
-    if (kind.has_key) keys.push_back(kind.key);
+  for (const Row& row : kRows)
+    if (row.option.form != StudyOption::kPercent) keys.emplace_back(row.kind.key);
   return keys;
+}
+
+std::optional<double> spot_sigma(const Statistic& statistic, double value, double focal_length) {
+  const double sigma = std::visit(
+      Overloaded{
+          [&](const EncircledEnergyRadius& s) { return s.dz == 0 ? gaussian_sigma(value, s.fraction) : 0; },
+          [&](const RingFwhm& s) { return s.ring_radius.value_or(0) / kGaussianEe90; },
+          [&](const RingThrough& s) {
+            return s.is_point  ? s.ring_radius / kGaussianEe90
+                   : s.dz == 0 ? gaussian_sigma(s.ring_radius, value)
+                               : 0;
+          },
+          [&](const ScatterRms&) { return value * focal_length / std::numbers::sqrt2; },
+          [&](const ScatterMean&) { return value * focal_length / std::sqrt(0.5 * kPi); },
+          [&](const SpotFwhm&) { return value / std::sqrt(8 * std::numbers::ln2); },
+          [&](const RmsRadius&) { return value / std::numbers::sqrt2; }, [](const RmsHeight&) { return 0.0; },
+          [](const StrehlRatio&) { return 0.0; }, [](const ModulationTransfer&) { return 0.0; },
+          [&](const EnsquaredThrough& s) {
+            return s.dz == 0 ? gaussian_sigma(s.side / std::sqrt(kPi), value) : 0;
+          }},
+      statistic);
+  return sigma > 0 && std::isfinite(sigma) ? std::optional(sigma) : std::nullopt;
+}
+
+double deciding_radius(const Statistic& statistic, double value) {
+  return std::visit(
+      Overloaded{[&](const EncircledEnergyRadius& s) { return s.dz == 0 ? value : 0; },
+                 [](const RingThrough& s) { return s.ring_radius; },
+                 [](const EnsquaredThrough& s) { return s.side / std::numbers::sqrt2; },
+                 [](const StrehlRatio&) { return HUGE_VAL; },
+                 [](const ModulationTransfer&) { return HUGE_VAL; }, [](const RingFwhm&) { return 0.0; },
+                 [](const SpotFwhm&) { return 0.0; }, [](const RayKind auto&) { return 0.0; },
+                 [](const MomentKind auto&) { return 0.0; }},
+      statistic);
 }
 
 Dimension dimension_of_name(const std::string& name) {
@@ -191,7 +229,7 @@ std::string name_without_unit(const std::string& name) {
 std::string statistic_name(const Statistic& statistic) {
   const StatisticKind& kind = kind_of(statistic);
   const NameOf name = std::visit(Name{}, statistic);
-  return (name.stem.empty() ? kind.key : name.stem) + suffix_of(kind.dimension) + name.rest;
+  return (name.stem.empty() ? std::string(kind.key) : name.stem) + suffix_of(kind.dimension) + name.rest;
 }
 
 }  // namespace aberfit

@@ -16,7 +16,7 @@ std::unique_ptr<ForwardModel> make_forward_model(const LightPath& path,
     throw std::invalid_argument("statistics of a diffracted spot need a wavelength and an aperture");
   if (path.centre != Centre::kNominal)
     throw std::invalid_argument(
-        "statistics of a diffracted spot are about the nominal focus, not about the centroid");
+        "statistics of a diffracted spot are centred on the nominal focus, not on the centroid");
   return std::make_unique<WaveForward>(path, statistics, threads);
 }
 
@@ -31,17 +31,13 @@ namespace {
 
 std::unique_ptr<WaveForward> waves_of(const LightPath& path, const Eigen::VectorXd& coefficients) {
   if (path.model != FocusModel::kWaves)
-    throw std::invalid_argument("only waves have a diffraction pattern of the whole surface");
+    throw std::invalid_argument("only wave optics has a diffraction pattern of the whole surface");
   std::unique_ptr<ForwardModel> model = make_forward_model(path, {}, 1);
   model->move_to(coefficients);
   return std::unique_ptr<WaveForward>(static_cast<WaveForward*>(model.release()));
 }
 
 }  // namespace
-
-PsfImage focus_psf(const LightPath& path, const Eigen::VectorXd& coefficients, const PsfWindow& window) {
-  return waves_of(path, coefficients)->psf(window);
-}
 
 TransferImage focus_transfer(const LightPath& path, const Eigen::VectorXd& coefficients, double dz,
                              int most_lags) {

@@ -35,7 +35,7 @@ Cells cells_of(const PupilSample& pupil) {
   if (const auto* directions = std::get_if<DirectionGrid>(&pupil.structure))
     return {directions->cells, directions->focal_length, directions->shift};
   if (const auto* grid = std::get_if<CartesianGrid>(&pupil.structure)) return {*grid, HUGE_VAL, {}};
-  throw std::invalid_argument("blocks of heights need the cells of a grid");
+  throw std::invalid_argument("blocks of heights need the points of a grid");
 }
 
 double pitch_of(const Eigen::ArrayXd& centres) {

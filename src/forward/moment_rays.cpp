@@ -6,15 +6,20 @@
 #include <utility>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/overloaded.h"
 #include "aberfit/forward/term_moments.h"
 
 namespace aberfit::internal {
 
 double with_scatter(const MeanScatter* scatter, const Statistic& moment, double of_terms) {
   if (!scatter) return of_terms;
-  if (std::holds_alternative<RmsHeight>(moment)) return std::hypot(of_terms, scatter->rms_height());
-  if (std::holds_alternative<ScatterRms>(moment)) return std::hypot(of_terms, scatter->scatter_rms());
-  return std::hypot(of_terms, 0.5 * std::sqrt(kPi) * scatter->scatter_rms());
+  const double of_scatter =
+      std::visit(Overloaded{[&](const RmsHeight&) { return scatter->rms_height(); },
+                            [&](const ScatterRms&) { return scatter->scatter_rms(); },
+                            [&](const ScatterMean&) { return 0.5 * std::sqrt(kPi) * scatter->scatter_rms(); },
+                            [](const NoMoment auto&) { return kNaN; }},
+                 moment);
+  return std::hypot(of_terms, of_scatter);
 }
 
 MomentRays::MomentRays(const Mirror& mirror, PupilSample pupil, const TermSet& terms,

@@ -6,8 +6,20 @@
 
 namespace aberfit::internal {
 
-/// True for moments, which are computed on points that are exact for the order of the terms.
-inline bool is_moment(const Statistic& statistic) { return kind_of(statistic).is_moment; }
+/// Statistics in two lists with their original indices: those that waves compute themselves, and moments of
+/// the traced surface, which are computed on points that are exact for the order of the terms.
+struct SplitStatistics {
+  std::vector<Statistic> own, geometric;
+  std::vector<std::size_t> own_place, geometric_place;
+
+  explicit SplitStatistics(const std::vector<Statistic>& all) {
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const bool moment = kind_of(all[k]).is_moment();
+      (moment ? geometric : own).push_back(all[k]);
+      (moment ? geometric_place : own_place).push_back(k);
+    }
+  }
+};
 
 /// A moment of terms and scatter together. Heights and slopes add in squares; the mean angle assumes Gaussian
 /// slopes of the terms as well (a Rayleigh mean). scatter: null without any.

@@ -1,15 +1,33 @@
 #include "ray_forward.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/units.h"
 #include "aberfit/theory/scattered_rays.h"
 #include "aberfit/trace/nominal_surface.h"
-#include "undersampled.h"
 
 namespace aberfit::internal {
+
+std::optional<Warning> undersampled(const TermSet& terms, double pitch) {
+  double highest = 0;  // [cycles/m]
+  for (const FourierMode& mode : terms.fourier)
+    highest = std::max({highest, std::abs(mode.fx), std::abs(mode.fy)});
+  for (const ZernikeMode& mode : terms.zernike)
+    highest = std::max(highest, zernike_cutoff(mode.n, terms.radius));
+  constexpr double kRounding = 1e-9;  // relative, for a pitch from a difference of positions
+  if (2 * highest * pitch < 1 - kRounding) return std::nullopt;
+  return Warning{"terms-undersampled",
+                 fmt::format("terms of up to {} have at most two points per cycle on points {} apart, so "
+                             "energy lands in the wrong place; take points {} apart or less, or fewer terms",
+                             format_quantity(highest, Dimension::kSpatialFrequency),
+                             format_quantity(pitch, Dimension::kLength),
+                             format_quantity(1 / (3 * highest), Dimension::kLength))};
+}
 
 RayForward::RayForward(const LightPath& path, std::vector<Statistic> statistics, int threads)
     : path_(path),
@@ -110,8 +128,8 @@ Eigen::VectorXd RayForward::exact(Warnings* warnings) {
 }
 
 std::string RayForward::trouble() const {
-  return "a focal statistic has no derivative (all rays on one point, or a kernel wider than "
-         "the spot): start from a draw instead of the perfect mirror";
+  return "a focal statistic has no derivative (all rays meet in one point, or the kernel is wider than the "
+         "spot); start from a realisation instead of the perfect mirror";
 }
 
 }  // namespace aberfit::internal

@@ -3,6 +3,11 @@
 
 namespace aberfit::internal {
 
+/// Warning for points `pitch` [m] apart, in rows and columns, with fewer than two per cycle of these terms. A
+/// wave of the surface then aliases to a longer one. Phase steps between cells may be small all the same (no
+/// `psf-aliased`), and all rays may meet the wave at one phase.
+std::optional<Warning> undersampled(const TermSet& terms, double pitch);
+
 /// Statistics of the traced rays: coefficients -> L -> trace -> smooth statistics, one adjoint pass each.
 /// Scatter tilts each ray by its own slope, the same for every surface.
 class RayForward : public ForwardModel {
@@ -14,7 +19,7 @@ class RayForward : public ForwardModel {
   Eigen::VectorXd exact(Warnings* warnings) override;
   std::string trouble() const override;
 
-  const SurfaceField& field() const { return field_; }  ///< of the last point
+  const SurfaceField& field() const { return field_; }  ///< surface of the last point
 
  private:
   /// Sends d statistic/d coefficients of every ray gradient to `sink`.

@@ -12,7 +12,6 @@
 #include "aberfit/scene/quadrature_pupil.h"
 #include "aberfit/theory/scattered_rays.h"
 #include "moment_rays.h"
-#include "split_statistics.h"
 
 namespace aberfit {
 using namespace internal;
@@ -69,7 +68,7 @@ Traced joined(std::vector<Traced> parts) {
 void set_moments(const LitMirror& lit, const TermSet& terms, const Eigen::VectorXd& coefficients,
                  const std::vector<Statistic>& statistics, int threads, FreshStatistics* fresh) {
   const std::optional<Aperture> clear = without_margin(lit.aperture);
-  const SplitStatistics split(statistics, is_moment);
+  const SplitStatistics split(statistics);
   if (!clear || split.geometric.empty()) return;
   const std::unique_ptr<MomentRays> moments =
       make_moment_rays(lit.mirror, *clear, terms, split.geometric, threads);

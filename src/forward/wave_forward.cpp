@@ -10,7 +10,6 @@
 
 #include "aberfit/core/units.h"
 #include "aberfit/trace/nominal_surface.h"
-#include "undersampled.h"
 
 namespace aberfit::internal {
 namespace {
@@ -95,8 +94,8 @@ std::string below_diffraction(const Wanted& wanted, double perfect) {
   const std::string best = wanted.of_share ? fmt::format("{:.3g} % there", 100 * perfect)
                                            : "within " + format_quantity(perfect, Dimension::kLength);
   return fmt::format(
-      "the target of {:.3g} % of the light within {} is sharper than a perfect mirror, which "
-      "has {}: the aperture's diffraction allows no less",
+      "the target of {:.3g} % of the energy within {} is sharper than a perfect mirror, which needs {}; "
+      "diffraction of the aperture allows no less",
       100 * wanted.fraction, format_quantity(wanted.radius, Dimension::kLength), best);
 }
 
@@ -105,7 +104,7 @@ std::string below_diffraction(const Wanted& wanted, double perfect) {
 WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads)
     : path_(path),
       threads_(threads),
-      split_(statistics, is_moment),
+      split_(statistics),
       diffraction_pupil_(pupil_of(path)),
       departure_(departure_of(path.mirror, diffraction_pupil_, focus_operator(FocusModel::kWaves, threads))),
       workspace_(path.workspace ? *path.workspace : own_workspace_) {
@@ -232,18 +231,16 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) {
   for (std::size_t j = 0; j < split_.own.size(); ++j) {
     if (!lacks(split_.own_place[j])) continue;
     const std::string name = statistic_name(split_.own[j]);
-    if (!kind_of(split_.own[j]).in_waves)
-      warnings->push_back({"rms-radius-of-waves",
-                           name + " does not exist for waves: a sharp edge scatters light as 1/r^3, whose "
-                                  "second moment diverges"});
+    if (!kind_of(split_.own[j]).in_waves())
+      warnings->push_back({"rms-radius-of-waves", name + " does not exist for waves: a sharp edge diffracts "
+                                                         "energy as 1/r^3, whose second moment diverges"});
     else if (!finite || aliased)
       without_pattern.push_back(name);
     else
       warnings->push_back(
-          {"statistic-missing",
-           fmt::format("{} does not exist inside the field of view of {} that the pupil grid has, or lies in "
-                       "a dark ring; take a finer grid",
-                       name, format_quantity(check.field_of_view, Dimension::kLength))});
+          {"statistic-missing", fmt::format("{} does not exist inside the pupil grid's field of view of {}, "
+                                            "or lies in a dark ring; take a finer grid",
+                                            name, format_quantity(check.field_of_view, Dimension::kLength))});
   }
   if (without_pattern.empty()) return;
   const std::string more =
@@ -264,9 +261,8 @@ std::string WaveForward::unreachable(const std::vector<Target>& targets) const {
     const double largest = 0.5 * path_.wavelength * (path_.mirror.focal_length + wanted->dz) / pitch;
     if (!path_.scatter && wanted->radius > largest)
       return fmt::format(
-          "the target {:.3g} % of the light within {} lies outside the field of view of the pupil grid, "
-          "which "
-          "ends at {}: take a finer grid",
+          "the target of {:.3g} % of the energy within {} lies outside the field of view of the pupil grid, "
+          "which ends at {}; take a finer grid",
           100 * wanted->fraction, format_quantity(wanted->radius, Dimension::kLength),
           format_quantity(largest, Dimension::kLength));
     light.push_back(*wanted);

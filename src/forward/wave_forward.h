@@ -6,14 +6,13 @@
 #include "aberfit/waves/transfer_image.h"
 #include "height_blocks.h"
 #include "moment_rays.h"
-#include "split_statistics.h"
 
 namespace aberfit::internal {
 
 /// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. The width of
-/// `evaluate` is not used, because diffraction smooths by itself. Scatter angles and the RMS height are those
-/// of the surface by rays, exact for the order of the terms on any grid (MomentRays), plus those of its
-/// scatter: a sharp edge scatters as 1/r^3, so waves have no finite second moment.
+/// `evaluate` is not used, because diffraction smooths by itself. Scatter angles and the RMS height come from
+/// rays, exact for the order of the terms on any grid (MomentRays), plus those of the scatter. Waves have no
+/// finite second moment, because a sharp edge scatters as 1/r^3.
 class WaveForward : public ForwardModel {
  public:
   WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads);
@@ -23,7 +22,6 @@ class WaveForward : public ForwardModel {
   Eigen::VectorXd exact(Warnings* warnings) override;
   std::string trouble() const override { return trouble_; }
   std::string unreachable(const std::vector<Target>& targets) const override;
-  PsfImage psf(const PsfWindow& window) { return diffraction_psf(problem(), height(), window); }
   TransferImage transfer(double dz, int most_lags) {
     return diffraction_transfer(problem(), height(), dz, most_lags);
   }
@@ -40,7 +38,7 @@ class WaveForward : public ForwardModel {
   }
   void explain(const Eigen::VectorXd& values, Warnings* warnings);
   Eigen::VectorXd no_moments() const { return Eigen::VectorXd::Zero(Eigen::Index(split_.geometric.size())); }
-  const Eigen::ArrayXd& height();  // of the mirror with its terms
+  const Eigen::ArrayXd& height();  // heights of the mirror with its terms
 
   LightPath path_;
   int threads_;
@@ -50,7 +48,7 @@ class WaveForward : public ForwardModel {
   std::unique_ptr<const HeightBlocks> blocks_;  // for derivatives; null: cell by cell
   SurfaceField field_;
   DiffractionPupil diffraction_pupil_;
-  Eigen::ArrayXd departure_;  // of the mirror from a parabola [m], empty for parabolas
+  Eigen::ArrayXd departure_;  // departure of the mirror from a parabola [m], empty for parabolas
   DiffractionWorkspace own_workspace_;
   DiffractionWorkspace& workspace_;
   Eigen::VectorXd coefficients_;

@@ -26,7 +26,7 @@ constexpr double kMostOfData = 2;
 double length_of(const Extent& extent, double whole) {
   if (extent.percent) return 0.01 * extent.value * whole;
   if (extent.value > kMostOfData * whole)
-    throw std::invalid_argument(fmt::format("{} are more than twice the data's own {}",
+    throw std::invalid_argument(fmt::format("{} is more than twice the extent of the data, {}",
                                             format_quantity(extent.value, Dimension::kLength),
                                             format_quantity(whole, Dimension::kLength)));
   return extent.value;
@@ -43,7 +43,7 @@ ApertureBox valid_box(const HeightMap& map) {
 }
 
 [[noreturn]] void refuse_for(const char* data, const char* allowed) {
-  throw std::invalid_argument(fmt::format("this shape is not for a {}, which takes {}", data, allowed));
+  throw std::invalid_argument(fmt::format("this shape does not suit a {}; use {}", data, allowed));
 }
 
 ClearRegion placed(Aperture aperture, double x, double y, const std::vector<double>& centre) {
@@ -57,7 +57,7 @@ ClearRegion placed(Aperture aperture, double x, double y, const std::vector<doub
 
 ClearRegion region_on(const HeightMap& map, const ClearAperture& clear) {
   if (!(map.pitch_x > 0 && map.pitch_y > 0))
-    throw std::invalid_argument("the file does not say the distance of its points; give `pitch`");
+    throw std::invalid_argument("the file does not state the distance between its points; give `pitch`");
   const Circle circle = enclosing_circle(map);
   const auto round = [&](const Extent& diameter) { return length_of(diameter, 2 * circle.radius); };
   return std::visit(
@@ -223,14 +223,15 @@ Grid read_mask(const std::string& path, bool bottom_first) {
     rows.emplace_back();
     for (const std::string_view cell : cells) {
       const std::optional<double> value = parse_number<double>(cell);
-      if (!value) lines.fail(in_quotes(cell), "numbers, 0 or nan where the map is left out");
+      if (!value) lines.fail(in_quotes(cell), "numbers, with 0 or nan where the map is to be left out");
       rows.back().push_back(*value);
     }
     if (rows.back().size() != rows.front().size())
       lines.fail(fmt::format("{} numbers", rows.back().size()),
                  fmt::format("{}, as in the first row", rows.front().size()));
   }
-  if (rows.empty()) throw InputError(path, "", "no numbers", "a mask: 0 or nan where the map is left out");
+  if (rows.empty())
+    throw InputError(path, "", "no numbers", "a mask with 0 or nan where the map is to be left out");
   Grid mask(Index(rows.size()), Index(rows.front().size()));
   for (Index r = 0; r < mask.rows(); ++r)
     for (Index c = 0; c < mask.cols(); ++c)

@@ -170,13 +170,14 @@ std::vector<Profile> read_dabam(const std::string& path) {
   const char* const indices = "a column, counted from 0";
   const long x_index = metadata.integer("COLUMN_INDEX_ABSCISSAS", 0, 1000, indices).value_or(0);
   const long y_index = metadata.integer("COLUMN_INDEX_ORDINATES", 0, 1000, indices).value_or(1);
-  if (x_index == y_index) metadata.fail("COLUMN_INDEX_ORDINATES", "a column other than the abscissas'");
+  if (x_index == y_index)
+    metadata.fail("COLUMN_INDEX_ORDINATES", "a column other than that of the abscissas");
 
   const TextTable table = read_text_table(paths.data, rules);
   const std::size_t needed = std::size_t(std::max(x_index, y_index)) + 1;
   if (table.columns < needed)
     fail_at_line(table.path, table.lines.front(), fmt::format("{} columns", table.columns),
-                 fmt::format("{} or more, as the metadata say", needed));
+                 fmt::format("at least {} columns, as the metadata say", needed));
 
   ProfileColumns columns;
   columns.x = std::size_t(x_index);

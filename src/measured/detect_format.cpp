@@ -111,7 +111,7 @@ std::vector<std::string_view> lines_of(std::string_view head, bool cut) {
   return lines;
 }
 
-// True for comments with '!', a title, then "GRD nx ny ..." or "ZFR n ...".
+// Returns true for comments with '!', a title, then "GRD nx ny ..." or "ZFR n ...".
 bool is_codev_int(const std::vector<std::string_view>& lines) {
   int seen = 0;
   for (const std::string_view line : lines) {
@@ -134,7 +134,7 @@ std::optional<std::vector<double>> numbers_of(std::string_view line) {
   return numbers;
 }
 
-// True for the header nx ny delx dely unitflag xdec ydec, then lines of four or five numbers.
+// Returns true for the header nx ny delx dely unitflag xdec ydec, then lines of four or five numbers.
 bool is_zemax_grid_sag(const std::vector<std::string_view>& lines) {
   std::size_t seen = 0;
   for (const std::string_view line : lines) {
@@ -210,8 +210,7 @@ MeasuredFormat detect_format(const std::string& path) {
     if (const MeasuredFormat format = format_of_magic(*head); format != MeasuredFormat::kAuto)
       return format == MeasuredFormat::kDatx && is_4d_hdf5(path) ? MeasuredFormat::kFourD : format;
   if (is_dabam(path, head)) return MeasuredFormat::kDabam;
-  if (!head)
-    throw InputError(path, "", "a file that cannot be opened", "the name of a file that can be read");
+  if (!head) throw InputError(path, "", "a file that cannot be opened", "the name of a readable file");
   const bool cut = head->size() == kHead;
   head = plain_text(*head);
   if (head->find('\0') != std::string::npos) return MeasuredFormat::kAuto;

@@ -49,7 +49,7 @@ FringeNotes fringe_notes(TextLines* lines) {
     const auto length = [&](double factor) {
       const auto value = fields.size() > 1 ? parse_finite(fields[1]) : std::nullopt;
       if (!value || !(*value > 0))
-        lines->fail(in_quotes(trimmed(line)), "a number above zero behind the word");
+        lines->fail(in_quotes(trimmed(line)), "a number above zero after the word");
       return *value * factor;
     };
     if (fields[0] == "outside")
@@ -62,8 +62,8 @@ FringeNotes fringe_notes(TextLines* lines) {
       notes.wavelength = length(1e-9);
     else if (fields[0] != "ROC")
       lines->fail(in_quotes(trimmed(line)),
-                  "outside, obstruction, DIAM, ROC or Lambda behind the heights; save the wavefront without "
-                  "regions that are left out");
+                  "outside, obstruction, DIAM, ROC or Lambda after the heights (save the wavefront without "
+                  "excluded regions)");
   }
   return notes;
 }
@@ -112,8 +112,8 @@ HeightMap read_dftfringe(const MeasuredSource& source) {
   const std::optional<double> wavelength =
       agreed_length(source.path, "wavelength", source.wavelength, notes.wavelength, kSameWavelength);
   if (!wavelength)
-    throw MissingFact("wavelength", source.path, "Lambda", "heights in waves and no wavelength",
-                      "a line 'Lambda 550' behind the heights, or option 'wavelength'");
+    throw MissingFact("wavelength", source.path, "Lambda", "heights in waves without a wavelength",
+                      "a line 'Lambda 550' after the heights, or option 'wavelength'");
   agreed_wavefront(source.path, source.wavefront, true);
   map.file_unit = *wavelength * surface_per_height(true);
   for (Eigen::Index row = 0; row < rows; ++row)

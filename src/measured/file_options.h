@@ -20,7 +20,7 @@ inline constexpr double kSamePitch = 1e-6, kSameUnit = 1e-6, kSameWavelength = 1
 [[noreturn]] inline void refuse_option(const std::string& path, const std::string& option,
                                        const std::string& found, const std::string& file_says) {
   throw InputError(path, fmt::format("option '{}'", option), found,
-                   file_says + ", which the file says; leave the option out");
+                   file_says + ", which the file states; leave the option out");
 }
 
 /// Throws InputError that names `option` if its value is not finite, zero, or negative when `positive`.
@@ -64,7 +64,7 @@ inline double given_value_factor(const MeasuredSource& source, const std::string
   if (source.value_factor) return *source.value_factor;
   if (!source.value_in_waves) throw MissingFact("value_unit", source.path, pointer, found, allowed);
   if (!source.wavelength)
-    throw MissingFact("wavelength", source.path, pointer, "heights in waves and no wavelength",
+    throw MissingFact("wavelength", source.path, pointer, "heights in waves without a wavelength",
                       "a length, or option 'wavelength'");
   return *source.wavelength;
 }

@@ -47,7 +47,8 @@ class MemoryFits {
 
   fitsfile* get() const { return file_; }
   void check(int status, const std::string& key) const {
-    if (status != 0) throw InputError(path_, key, message(status), "a FITS image that keeps to the standard");
+    if (status != 0)
+      throw InputError(path_, key, message(status), "a FITS image that conforms to the standard");
   }
   std::optional<std::string> text(const char* key) const {
     char value[FLEN_VALUE] = "";
@@ -161,13 +162,13 @@ bool is_wavefront(const MeasuredSource& source, const MemoryFits& file) {
   if (word == "mirror" || word == "surface") return agreed_wavefront(source.path, source.wavefront, false);
   if (word == "amplitude")
     throw InputError(source.path, "MAPTYPE", in_quotes(type),
-                     "wavefront or mirror: amplitudes are no heights");
+                     "wavefront or mirror (amplitudes are not heights)");
   if (!source.wavefront)
     throw MissingFact(
         "of", source.path, "option 'of'",
-        type.empty() ? "nothing" : fmt::format("nothing; MAPTYPE {} does not say it", in_quotes(type)),
-        "wavefront (heights of a reflected wavefront) or surface; in the file MAPTYPE says it, "
-        "'wavefront' or 'mirror'");
+        type.empty() ? "nothing" : fmt::format("nothing, and MAPTYPE {} does not state it", in_quotes(type)),
+        "wavefront (heights of a reflected wavefront) or surface; in the file by MAPTYPE 'wavefront' or "
+        "'mirror'");
   return *source.wavefront;
 }
 
@@ -278,9 +279,8 @@ FitsImage named_image(const MeasuredSource& source, const std::vector<FitsImage>
       found.push_back(image);
   if (found.size() == 1) return found.front();
   throw InputError(source.path, "option 'hdu'",
-                   found.empty()
-                       ? in_quotes(*source.hdu)
-                       : fmt::format("{} images of the name {}", found.size(), in_quotes(*source.hdu)),
+                   found.empty() ? in_quotes(*source.hdu)
+                                 : fmt::format("{} images named {}", found.size(), in_quotes(*source.hdu)),
                    "the name or the number of one of the images " + fits_image_list(images));
 }
 
@@ -298,11 +298,9 @@ FitsChoice chosen_image(const MeasuredSource& source, const std::vector<FitsImag
   else if (with_unit.size() == 1) {
     choice.image = with_unit.front();
     choice.warnings.push_back(
-        {"image-chosen",
-         fmt::format(
-             "of the images {} hdu {} is read, the only one whose unit is one of heights; option 'hdu' "
-             "names another",
-             fits_image_list(all), choice.image.hdu)});
+        {"image-chosen", fmt::format("of the images {}, hdu {} is read, because only its unit is one of "
+                                     "heights; option 'hdu' selects another",
+                                     fits_image_list(all), choice.image.hdu)});
   } else
     throw MissingFact("hdu", source.path, "", "images " + fits_image_list(all),
                       "option 'hdu': the name or the number of one of them",
@@ -325,8 +323,8 @@ auto at_image(const std::string& path, const Choose& choose, const Use& use) {
   if (is_gzip(bytes)) {
     bytes = unpacked_gzip(path, bytes);
     if (!bytes.starts_with("SIMPLE  ="))
-      throw InputError(path, "", "a file compressed with gzip that is no FITS file inside",
-                       "a FITS file; others unpacked by gunzip");
+      throw InputError(path, "", "a gzip file whose content is not a FITS file",
+                       "a FITS file; unpack other files with gunzip");
   }
   const std::vector<FitsImage> images = find_fits_images(path, bytes);
   FitsChoice choice = choose(images);

@@ -20,7 +20,7 @@ class FitsHeader {
     for (std::uint64_t at = start;; at += kCard) {
       if (at + kCard > bytes.size())
         throw InputError(path, fmt::format("hdu {}", hdu), "the end of the file before END",
-                         "a header that is closed by END");
+                         "a header that ends with END");
       const std::string_view card = bytes.substr(at, kCard);
       for (const char c : card)
         if (c < 0x20 || c == 0x7f)
@@ -94,7 +94,7 @@ Layout layout(const FitsHeader& header, bool primary, std::uint64_t file_bytes) 
     std::string sizes;
     for (const std::int64_t axis : found.axes) sizes += (sizes.empty() ? "" : " x ") + std::to_string(axis);
     header.fail(key, fmt::format("data of {} values of {} bits", sizes, std::abs(bits)),
-                fmt::format("no more than the {} bytes that follow the header", left));
+                fmt::format("at most the {} bytes that follow the header", left));
   };
   // A zero anywhere means no data, whatever the other axes are.
   const auto first = found.axes.begin() + (groups ? 1 : 0);
@@ -161,7 +161,7 @@ std::vector<FitsImage> find_fits_images(const std::string& path, std::string_vie
   throw InputError(
       path, "",
       others.empty() ? "a FITS file without image data" : "only" + others.substr(0, others.size() - 1),
-      "a two-dimensional image (a compressed one unpacked by funpack)");
+      "a two-dimensional image (unpack a compressed one with funpack)");
 }
 
 const FitsImage* mask_of(const FitsImage& image, const std::vector<FitsImage>& images) {

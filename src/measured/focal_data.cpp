@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMostColumnsOfCurve = 3;
 const char* const kCurveColumns =
-    "columns radius (or diameter), share and, if wanted, noise, named with their units in the first row: "
+    "columns radius (or diameter), share and optionally noise, named with their units in the first row: "
     "\"radius_um, share, noise\"";
 
 // Factors from the columns of a curve to SI units.
@@ -88,7 +88,7 @@ CurveColumns curve_columns(const TextTable& table, const std::string& unit) {
 }  // namespace
 
 EncircledCurve read_encircled_curve(const std::string& path, const std::string& unit) {
-  // Tolerated excess over 1, for noise and an imperfectly subtracted background
+  // Tolerated excess over 1, for noise and an imperfectly subtracted background.
   constexpr double kOvershoot = 0.2;
   const TextTable table = read_text_table(path, {});
   const CurveColumns columns = curve_columns(table, unit);
@@ -109,9 +109,9 @@ EncircledCurve read_encircled_curve(const std::string& path, const std::string& 
     curve.share[k] = columns.share_factor * table(row, 1);
     if (!(curve.radius[k] > 0)) fail(fmt::format("radius {}", table(row, 0)), "radii above zero");
     if (k > 0 && !(curve.radius[k] > curve.radius[k - 1]))
-      fail(fmt::format("radius {} after {}", table(row, 0), table(row - 1, 0)), "radii that grow");
+      fail(fmt::format("radius {} after {}", table(row, 0), table(row - 1, 0)), "increasing radii");
     if (!(std::abs(curve.share[k] - 0.5) <= 0.5 + kOvershoot))
-      fail(fmt::format("share {}", table(row, 1)), "shares of the light from 0 to 1, or in %");
+      fail(fmt::format("share {}", table(row, 1)), "energy fractions from 0 to 1, or in %");
     if (curve.noise.size() == 0) continue;
     curve.noise[k] = columns.noise_factor * table(row, 2);
     if (!(curve.noise[k] > 0)) fail(fmt::format("noise {}", table(row, 2)), "standard deviations above zero");

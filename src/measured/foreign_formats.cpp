@@ -56,12 +56,12 @@ constexpr Foreign kForeign[] = {
 std::string way_of(Way way) {
   switch (way) {
     case Way::kGwyddion:
-      return "its heights as text: Gwyddion opens such files, and saves text with a header "
-             "(File, Save As, .txt)";
+      return "its heights as text (Gwyddion opens such files and saves text with a header: File, Save As, "
+             ".txt)";
     case Way::kTable:
       return "its numbers as CSV, exported by the program that wrote it";
     case Way::kPicture:
-      return "heights as numbers, not as grey levels: the data that the instrument saved beside the picture";
+      return "heights as numbers, not as grey levels (the data that the instrument saved with the picture)";
     case Way::kNumPy:
       break;
   }
@@ -75,7 +75,7 @@ void refuse_foreign_format(const std::string& path) {
   const std::string head = file_bytes(path, kMagic).value_or("");
   const std::string suffix = lower_case(std::filesystem::path(path).extension().string());
   const auto refuse = [&](const Foreign& foreign, const char* known) {
-    throw InputError(path, "", fmt::format("{}{}, which is not read here", foreign.what, known),
+    throw InputError(path, "", fmt::format("{}{}, which aberfit cannot read", foreign.what, known),
                      way_of(foreign.way));
   };
   // A magic number of two letters is not conclusive, so the name must agree as well.

@@ -56,9 +56,9 @@ HeightMap read_4d(const MeasuredSource& source) {
   const Hdf5Id data = file.data_set(group, place->data, inner + "/" + place->data);
 
   if (!source.wavefront)
-    throw MissingFact("of", source.path, "option 'of'", "nothing",
-                      "surface or wavefront, as the instrument was set (4Sight: the wedge factor, 0.5 for a "
-                      "surface)");
+    throw MissingFact(
+        "of", source.path, "option 'of'", "nothing",
+        "surface or wavefront, as the instrument was set (in 4Sight the wedge factor is 0.5 for a surface)");
   if (source.value_factor) refuse_option(source.path, "value_unit", "a length", "waves");
   const std::optional<double> wavelength =
       agreed_length(source.path, "wavelength", source.wavelength,

@@ -40,7 +40,7 @@ void require_superblock(const FileBytes& file) {
     if (const unsigned k = file.at<std::uint16_t>(place); k < 1 || k > kLargest)
       file.fail(place, fmt::format("nodes of order {}", k), fmt::format("1 to {}", kLargest));
   if (file.at<std::uint64_t>(base + 24) != kNowhere)
-    file.fail(base + 24, "a file of several parts", "one file");
+    file.fail(base + 24, "a file in several parts", "one file");
   require_hdf5_group(file, root);
 }
 
@@ -179,7 +179,7 @@ Grid Hdf5File::matrix(const Hdf5Id& data, const std::string& place) const {
   hsize_t size[2] = {0, 0};
   if (H5Sget_simple_extent_ndims(space.get()) != 2 ||
       H5Sget_simple_extent_dims(space.get(), size, nullptr) != 2)
-    throw InputError(path_, place, "data that are no matrix", "rows and columns");
+    throw InputError(path_, place, "data that are not a matrix", "rows and columns");
   const auto count = [](hsize_t n) { return std::int64_t(std::min<hsize_t>(n, 2 * kMostMapPoints)); };
   const std::int64_t rows = count(size[0]), columns = count(size[1]);
   require_map_size(path_, place, columns, rows);
@@ -196,11 +196,11 @@ void Hdf5File::refuse_layout() const {
   for (const std::string& name : names(root_, kMostNamed))
     held += (held.empty() ? "" : ", ") + one_line(name, 60);
   if (count(root_) > kMostNamed) held += fmt::format(" and {} more", count(root_) - kMostNamed);
-  throw InputError(path_, "",
-                   fmt::format("an HDF5 file, not of Zygo Mx or 4D: its top level holds {}",
-                               held.empty() ? "nothing" : held),
-                   "/Data/Surface of Zygo Mx or /measurement0/genraw of 4D; or the map as text or as .npy of "
-                   "NumPy");
+  throw InputError(
+      path_, "",
+      fmt::format("an HDF5 file, not of Zygo Mx or 4D: its top level holds {}",
+                  held.empty() ? "nothing" : held),
+      "/Data/Surface of Zygo Mx or /measurement0/genraw of 4D; or save the map as text or as .npy of NumPy");
 }
 
 bool is_4d_hdf5(const std::string& path) {

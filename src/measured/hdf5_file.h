@@ -38,7 +38,7 @@ class Hdf5Id {
  public:
   using Close = herr_t (*)(hid_t);
   Hdf5Id(const std::string& path, const std::string& place, hid_t id, Close close) : id_(id), close_(close) {
-    if (id < 0) throw InputError(path, place, "damage, HDF5 cannot read it", "an undamaged HDF5 file");
+    if (id < 0) throw InputError(path, place, "damage, so HDF5 cannot read it", "an undamaged HDF5 file");
   }
   Hdf5Id(Hdf5Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
   Hdf5Id& operator=(Hdf5Id&&) = delete;

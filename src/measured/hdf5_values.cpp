@@ -165,7 +165,7 @@ void visit_messages(const FileBytes& file, std::uint64_t header, const Visit& vi
         const bool seen = std::any_of(blocks.begin(), blocks.end(),
                                       [&](const Hdf5Block& other) { return other.place == next.place; });
         if (seen || blocks.size() == kMostBlocks)
-          file.fail(place, seen ? "a part of a header that was there before" : "too many parts of a header",
+          file.fail(place, seen ? "a part of a header for the second time" : "too many parts of a header",
                     fmt::format("up to {} parts, each once", kMostBlocks));
         blocks.push_back(next);
       }

@@ -25,7 +25,7 @@ bool holds_points(const TextTable& table) {
     if (lower_case(*layout) == "matrix") return false;
     if (lower_case(*layout) == "columns" && table.columns == 3) return true;
     fail_at_line(table.path, table.keys.at("layout").line, in_quotes(*layout),
-                 "matrix, or columns where there are three: x, y, height");
+                 "'matrix', or 'columns' for three columns x, y, height");
   }
   return table.columns == 3;
 }
@@ -34,7 +34,7 @@ double value_factor_of(const MeasuredSource& source, const TextTable& table, con
   const std::optional<bool> wavefront = is_wavefront(source, table);
   if (!wavefront)
     throw MissingFact("of", table.path, "",
-                      "no word whether the heights are of the surface or of a wavefront",
+                      "no statement whether the heights are of the surface or of a wavefront",
                       "the option 'of', or a header line '# of: surface' or '# of: wavefront'");
   const double halve = surface_per_height(*wavefront);
   if (source.value_factor || source.value_in_waves)
@@ -89,7 +89,7 @@ void set_matrix_pitch(const MeasuredSource& source, const TextTable& table, Heig
 HeightMap matrix_map(const MeasuredSource& source, const TextTable& table) {
   if (source.x_factor)
     throw InputError(table.path, "option 'x_unit'", "a unit of positions",
-                     "no such option: a matrix has no positions");
+                     "no such option, because a matrix has no positions");
   const std::size_t rows = table.rows(), columns = table.columns;
   if (rows < 2 || columns < 2)
     throw InputError(table.path, "", fmt::format("{} rows and {} columns", rows, columns),
@@ -150,7 +150,7 @@ Axis axis_of(const TextTable& table, std::size_t column) {
   const double range = positions.back() - positions.front();
   const std::string where = column == 0 ? "x" : "y";
   if (!(range > 0) || !std::isfinite(range))
-    throw InputError(table.path, "column " + where, range == 0 ? "one position only" : "an infinite range",
+    throw InputError(table.path, "column " + where, range == 0 ? "only one position" : "an infinite range",
                      "points on a regular grid of at least 2 x 2");
   // Rounding spoils single gaps but hardly their mean. The step is therefore the mean of the gaps close to
   // the smallest, then the whole range over the number of steps.
@@ -174,7 +174,7 @@ Eigen::Index node_of(const TextTable& table, std::size_t row, std::size_t column
   if (std::abs(node - std::round(node)) > kOffNode)
     fail_at_line(table.path, table.lines[row],
                  fmt::format("{} {:.10g}", column == 0 ? "x" : "y", table(row, column)),
-                 fmt::format("points on a regular grid; the others have the step {:.10g}", axis.step));
+                 fmt::format("points on a regular grid (the others have the step {:.10g})", axis.step));
   return Eigen::Index(std::round(node));
 }
 
@@ -211,7 +211,7 @@ HeightMap point_map(const MeasuredSource& source, const TextTable& table) {
                      "points on a regular grid, at least 1 % of it");
   const auto [word, named] = column_name(table, 2);
   if (quantity_of_word(word) == ProfileQuantity::kSlope)
-    throw InputError(table.path, "column 3", in_quotes(word), "heights; slopes are read as profiles only");
+    throw InputError(table.path, "column 3", in_quotes(word), "heights; slopes are read only as profiles");
   const double factor = value_factor_of(source, table, named.empty() ? unit_key(table) : named);
   const double x_factor = position_factor(source, table, 0, x),
                y_factor = position_factor(source, table, 1, y);
@@ -254,7 +254,7 @@ HeightMap read_map_text(const MeasuredSource& source) {
   const bool points = axes || (!source.columns && holds_points(table));
   if (points && source.bottom_first)
     throw InputError(table.path, "option 'first_row'", "points x, y, height",
-                     "no such option: the positions say where a row is");
+                     "no such option, because the positions say where a row is");
   HeightMap map = points ? point_map(source, table) : matrix_map(source, table);
   if (!map.height.isFinite().any())
     throw InputError(table.path, "", "no height at all, only holes", "at least one number");

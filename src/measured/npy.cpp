@@ -96,7 +96,7 @@ NpyType npy_type(const std::string& path, const std::string& type) {
   if (kind == "i1") return npy_number<std::int8_t>();
   if (kind == "u1") return npy_number<std::uint8_t>();
   throw InputError(path, "header, 'descr'", in_quotes(type),
-                   "f4, f8 or integers of 1 to 8 bytes, such as <f8; array.astype(float) makes them");
+                   "f4, f8 or integers of 1 to 8 bytes, such as <f8 (array.astype(float) converts to it)");
 }
 
 // Returns the chosen plane of a cube (planes, rows, columns), from 0.
@@ -126,7 +126,7 @@ HeightMap read_npy(const MeasuredSource& source) {
   if (axes != 2 && axes != 3)
     throw InputError(
         path, "header, 'shape'", fmt::format("an array of {} axes", axes),
-        "a matrix of heights, or a cube of planes, rows and columns; profiles as text in columns");
+        "a matrix of heights, or a cube of planes, rows and columns; save profiles as text in columns");
   const std::int64_t rows = shape[axes - 2], columns = shape[axes - 1], planes = axes == 3 ? shape[0] : 1;
   require_map_size(path, "header, 'shape'", columns, rows);
   const std::uint64_t points = std::uint64_t(rows) * std::uint64_t(columns),
@@ -137,10 +137,10 @@ HeightMap read_npy(const MeasuredSource& source) {
   const std::int64_t plane = npy_plane(source, shape);
   if (!source.wavefront)
     throw MissingFact("of", path, "option 'of'", "nothing",
-                      "wavefront (heights of a reflected wavefront) or surface; a .npy has no word for it");
-  const double factor =
-      surface_per_height(*source.wavefront) *
-      given_value_factor(source, "", "heights without unit", "option 'value_unit': a .npy has no unit");
+                      "wavefront (heights of a reflected wavefront) or surface, which a .npy does not state");
+  const double factor = surface_per_height(*source.wavefront) *
+                        given_value_factor(source, "", "heights without unit",
+                                           "option 'value_unit', because a .npy has no unit");
   const double pitch = agreed_pitch(source, 0);
   HeightMap map = empty_map(rows, columns, pitch, pitch);
   map.file_unit = factor;

@@ -124,7 +124,7 @@ double opd_factor(const MeasuredSource& source, const FileBytes& file, const std
   const double parts = opd_number(file, blocks, "Mult").value_or(1);
   if (!(parts > 0 && std::isfinite(parts)))
     throw InputError(source.path, "Mult", fmt::format("{}", parts),
-                     "a positive number, parts of a wavelength");
+                     "a positive number, the counts per wavelength");
   return agreed_value_factor(source, wavelength / parts, "Wavelength / Mult");
 }
 

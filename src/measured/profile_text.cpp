@@ -46,7 +46,7 @@ ProfileQuantity quantity_of(const MeasuredSource& source, const TextTable& table
   for (const ProfileQuantity quantity : {ProfileQuantity::kHeight, ProfileQuantity::kSlope})
     if (!name.unit.empty() && unit_measures(name.unit, quantity, source, table)) return quantity;
   throw MissingFact(
-      "quantity", table.path, pointer, "no word whether it holds heights or slopes",
+      "quantity", table.path, pointer, "no statement whether it holds heights or slopes",
       "the option 'quantity', or a header row such as 'x_mm, height_nm' or 'x (mm), slope (urad)'");
 }
 
@@ -95,12 +95,13 @@ std::vector<Profile> read_profile_text(const MeasuredSource& source) {
   TextTable table = read_text_table(source.path, {});
   if (table.columns < 2 && source.pitch && !source.x_factor) add_positions(*source.pitch, &table);
   if (table.columns < 2)
-    fail_at_line(table.path, table.lines.front(), "1 column",
-                 "2 or more: position, value, further scan lines; or 1 of values in equal steps, with the "
-                 "option 'pitch'; rows of a map that go over several lines need the option 'columns'");
+    fail_at_line(
+        table.path, table.lines.front(), "1 column",
+        "at least 2 columns (position, value, further scan lines), or 1 of values in equal steps with the "
+        "option 'pitch'; rows of a map that continue over several lines need the option 'columns'");
   if (table.columns > kMostColumns)
     fail_at_line(table.path, table.lines.front(), fmt::format("{} columns", table.columns),
-                 fmt::format("at most {} columns; a matrix of heights is read as a map", kMostColumns));
+                 fmt::format("at most {} columns; read a matrix of heights as a map", kMostColumns));
   if (table.rows() < 2) throw InputError(table.path, "", "1 row of numbers", "at least 2 rows of numbers");
   const auto name = [&](std::size_t column) { return column_name(table, column); };
   ProfileColumns columns;

@@ -32,7 +32,8 @@ Measurement dabam_measurement(const MeasuredSource& source) {
                       : source.pitch                                 ? "pitch"
                                                                      : nullptr;
   if (given)
-    throw InputError(source.path, fmt::format("option '{}'", given), "a DABAM profile, whose metadata say it",
+    throw InputError(source.path, fmt::format("option '{}'", given),
+                     "a DABAM profile, whose metadata state this",
                      "no such option; or the .dat file read as format 'profile'");
   std::vector<Profile> profiles = read_dabam(source.path);
   const bool slopes = profiles.front().quantity == ProfileQuantity::kSlope;
@@ -47,7 +48,7 @@ void require_between(const std::string& path, const char* what, double value, do
                      const char* unit) {
   if (!(value >= least && value <= most))
     throw InputError(path, what, fmt::format("{:.6g} {}", value, unit),
-                     fmt::format("{:g} to {:g} {}; a unit may be wrong", least, most, unit));
+                     fmt::format("{:g} to {:g} {} (a unit may be wrong)", least, most, unit));
 }
 
 // No mirror exceeds these limits [m], slope [rad]. A value outside means a wrong unit or a damaged file.
@@ -67,11 +68,11 @@ void require_sane(const std::string& path, const Profile& profile) {
 void require_sane_height(const std::string& path, const HeightMap& map, double height) {
   if (height >= -kHighest && height <= kHighest) return;
   const Eigen::Index same = (map.height == height).count();
-  const std::string allowed = fmt::format("{:g} to {:g} m; a unit may be wrong", -kHighest, kHighest);
+  const std::string allowed = fmt::format("{:g} to {:g} m (a unit may be wrong)", -kHighest, kHighest);
   throw InputError(path, "height", fmt::format("{:.6g} m", height),
                    same < 2 ? allowed
-                            : fmt::format("{}, or these {} points, all {:.9g} in the file, are no "
-                                          "measurement: option 'invalid' of this value makes them holes",
+                            : fmt::format("{}. Or these {} points, all {:.9g} in the file, are not measured; "
+                                          "then option 'invalid' with this value makes them holes",
                                           allowed, same, height / map.file_unit));
 }
 
@@ -143,11 +144,11 @@ void require_options_of(MeasuredFormat format, const MeasuredSource& source) {
                "it is for cubes (formats fits and npy)"},
         Option{!text && source.x_factor, "x_unit", "it is for positions in text (formats profile and map)"},
         Option{scaled && (source.value_factor || source.value_in_waves), "value_unit",
-               "such files say what their heights are"}})
+               "such files state what their heights are"}})
     if (refused)
       throw InputError(source.path, fmt::format("option '{}'", name),
                        fmt::format("a file of format {}", to_string(format)),
-                       fmt::format("no such option: {}", allowed));
+                       fmt::format("no such option, because {}", allowed));
 }
 
 Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
@@ -189,8 +190,7 @@ Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
       refuse_unknown_text(source);
       break;
   }
-  throw InputError(source.path, "", "no format that is known here",
-                   "a file of format " + measured_format_list());
+  throw InputError(source.path, "", "a file of unknown format", "a file of format " + measured_format_list());
 }
 
 }  // namespace

@@ -104,12 +104,13 @@ void add_units(const std::vector<std::string>& units, std::vector<std::string>* 
     lines.fail(in_quotes(*comma) + ", a decimal comma", kDecimalPoint);
   // A row of words is quoted as a whole in the message, because its first word alone explains little.
   const bool text = all_names(line);
-  lines.fail(in_quotes(text ? trimmed(line) : field),
-             std::string("a number a double can hold") +
-                 (!table.lines.empty() ? "; '#' begins a line that is no row of numbers"
-                  : names_seen ? "; of lines before the numbers one may have names and one below it units, "
-                                 "others begin with '#'"
-                               : ""));
+  lines.fail(
+      in_quotes(text ? trimmed(line) : field),
+      std::string("a number a double can hold") +
+          (!table.lines.empty() ? "; '#' begins a line that is no row of numbers"
+           : names_seen
+               ? "; before the numbers one line may have names and the next one units; others begin with '#'"
+               : ""));
 }
 
 void drop_last_column(TextTable* table) {
@@ -128,7 +129,7 @@ void wrap_rows(std::size_t length, TextTable* table) {
     throw InputError(table->path, "option 'columns'",
                      fmt::format("{} numbers in the file, {} rows of {} and {} more", numbers,
                                  numbers / length, length, numbers % length),
-                     "how many samples a row has: a divisor of their number");
+                     "the number of samples in a row, a divisor of their total number");
   table->columns = length;
   // Line numbers are used in messages only, and rows may share a line.
   table->lines.resize(numbers / length, table->lines.back());
@@ -218,7 +219,7 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
         const auto key = rules.plain ? std::nullopt : comment_key(line);
         if (key && !table.keys.emplace(key->first, TextKey{key->second, lines.number()}).second)
           lines.fail(in_quotes(line),
-                     fmt::format("'{}' said once, as in line {}", key->first, table.keys[key->first].line));
+                     fmt::format("'{}' only once, as in line {}", key->first, table.keys[key->first].line));
         if (table.lines.empty() && !key) last_comment = line.substr(content.size() + 1);
         continue;
       }

@@ -101,7 +101,7 @@ double height_factor(const std::string& unit, const MeasuredSource& source, cons
   const std::optional<double> wavelength = agreed_length(table.path, "wavelength", source.wavelength,
                                                          length_key(table, "wavelength"), kSameWavelength);
   if (!wavelength)
-    throw MissingFact("wavelength", table.path, pointer, "heights in waves and no wavelength",
+    throw MissingFact("wavelength", table.path, pointer, "heights in waves without a wavelength",
                       "the option 'wavelength' or a header line such as '# wavelength = 632.8 nm'");
   return *wavelength;
 }

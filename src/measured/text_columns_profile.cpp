@@ -56,13 +56,14 @@ double first_of_equal_steps(const TextTable& table, const ProfileColumns& column
   const double most = 0.5 * std::abs(off(highest) - off(lowest));
   if (!(below <= above)) {
     const std::size_t row = std::max(lowest, highest);
-    fail_at_line(table.path, table.lines[row],
-                 fmt::format("position {:.10g}, {} from where equal steps of {} lead", table(row, columns.x),
-                             format_quantity(most, Dimension::kLength),
-                             format_quantity(std::abs(step), Dimension::kLength)),
-                 fmt::format("the step of all rows as option 'pitch' (on average {}), or positions that "
-                             "are not rounded",
-                             format_quantity(mean_step(table, columns), Dimension::kLength)));
+    fail_at_line(
+        table.path, table.lines[row],
+        fmt::format("position {:.10g}, {} away from that of equal steps of {}", table(row, columns.x),
+                    format_quantity(most, Dimension::kLength),
+                    format_quantity(std::abs(step), Dimension::kLength)),
+        fmt::format(
+            "the step of the rows as option 'pitch' (on average {}), or positions that are not rounded",
+            format_quantity(mean_step(table, columns), Dimension::kLength)));
   }
   return 0.5 * (below + above);
 }
@@ -108,7 +109,7 @@ Profile profile_of(const TextTable& table, const ProfileColumns& columns) {
       if ((x < before) != descending)
         fail_at_line(table.path, table.lines[row],
                      fmt::format("position {:.10g} after {:.10g}", written, table(row - 1, columns.x)),
-                     descending ? "positions that descend as the first and the last do"
+                     descending ? "descending positions, as the first and the last are"
                                 : "positions that ascend or descend throughout");
     }
     profile.x[at] = x;

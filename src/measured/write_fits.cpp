@@ -100,7 +100,7 @@ std::string fits_opd_bytes(const HeightMap& map) {
   if (!(map.pitch_x > 0 && map.pitch_y > 0))
     throw std::invalid_argument("FITS OPD: the pitch of the map is unknown");
   if (std::abs(map.pitch_x / map.pitch_y - 1) > kEqual)
-    throw std::invalid_argument("FITS OPD: the format has one pixel scale, the map has two");
+    throw std::invalid_argument("FITS OPD: the format has one pixel scale, but the map has two");
   const Eigen::Index side = std::max(map.rows(), map.columns());
   const Eigen::Index row0 = (side - map.rows()) / 2, column0 = (side - map.columns()) / 2;
   Grid opd = Grid::Zero(side, side);

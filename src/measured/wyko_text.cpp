@@ -112,7 +112,7 @@ double wyko_factor(const MeasuredSource& source, const WykoText& header) {
   const double parts = header.number(source.path, "Mult").value_or(1);
   if (!(parts > 0))
     throw InputError(source.path, "Mult", fmt::format("{}", parts),
-                     "a positive number, parts of a wavelength");
+                     "a positive number, the counts per wavelength");
   return agreed_value_factor(source, wavelength / parts, "Wavelength / Mult");
 }
 

@@ -105,7 +105,7 @@ std::string unpacked_gzip(const std::string& path, std::string_view bytes) {
   const std::uint64_t begin = gzip_header(file);
   if (!file.holds(begin, kTrailer) || file.size() > kLongest)
     file.fail(begin, fmt::format("a file compressed with gzip of {} bytes", file.size()),
-              "a whole one of less than 4 GiB; gunzip unpacks it");
+              "a complete gzip file of less than 4 GiB; gunzip unpacks it");
   const std::uint64_t length = file.size() - begin - kTrailer;
   // gzip and zip use the same compression, CRC and length: the zip reader reads an archive of one member.
   const std::string name = "content";
@@ -136,7 +136,7 @@ void refuse_other_zip(const std::string& path, const std::vector<std::string>& n
       {"*.npy", "a NumPy archive (.npz)", "save the one array with numpy.save, as .npy"},
       {"LAYER_", "a Sensofar .plux", kGwyddion},
       {"recipe.txt", "a Sensofar .plux", kGwyddion}};
-  const std::string found = "a zip archive that is no X3P";
+  const std::string found = "a zip archive that is not an X3P file";
   for (const Kind& kind : kKinds)
     for (const std::string& name : names) {
       const std::string_view member = kind.member;
@@ -149,8 +149,9 @@ void refuse_other_zip(const std::string& path, const std::vector<std::string>& n
   for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i)
     held += (held.empty() ? "" : ", ") + one_line(names[i], 80);
   if (names.size() > kMostNamed) held += fmt::format(" and {} more", names.size() - kMostNamed);
-  throw InputError(path, "", fmt::format("{}: it holds {}", found, held.empty() ? "nothing" : held),
-                   "an X3P, in which main.xml describes the surface; or the measured file itself, unpacked");
+  throw InputError(
+      path, "", fmt::format("{}: it holds {}", found, held.empty() ? "nothing" : held),
+      "an X3P file, in which main.xml describes the surface; or the measured file itself, unpacked");
 }
 
 }  // namespace aberfit::internal

@@ -88,7 +88,7 @@ std::vector<ZygoPoint> zygo_points(TextLines* lines, double factor) {
       lines->fail(in_quotes(trimmed(line)), "column, row and height, or 'No Data' as height");
     points.push_back({*x, *y, hole ? std::numeric_limits<double>::quiet_NaN() : factor * *z});
   }
-  lines->fail("the end of the file", "'#' behind the last point");
+  lines->fail("the end of the file", "'#' after the last point");
 }
 
 // Positions count camera samples, or map samples if the corner of the map is not included in them.
@@ -104,7 +104,7 @@ void place_points(const std::string& path, const std::vector<ZygoPoint>& points,
   if (!fits(first_x, first_y)) {
     if (!fits(0, 0))
       throw InputError(
-          path, "", "positions that are no samples of the map",
+          path, "", "positions outside the map",
           fmt::format("whole numbers inside {} x {} samples, as line 4 says", map->columns(), map->rows()));
     first_x = first_y = 0;
   }
@@ -182,7 +182,7 @@ HeightMap read_zygo_text(const MeasuredSource& source) {
   require_map_size(source.path, "line 4", columns, rows);
   if (std::uint64_t(columns) * std::uint64_t(rows) > lines.bytes_left() / 2)
     fail_at_line(source.path, 4, fmt::format("{} x {} points", columns, rows),
-                 fmt::format("as many as {} bytes behind the header can hold", lines.bytes_left()));
+                 fmt::format("as many as {} bytes after the header can hold", lines.bytes_left()));
   // With the scale factor the heights are those of the surface.
   agreed_wavefront(source.path, source.wavefront, false);
   const double pitch = agreed_pitch(source, header.number(8, 7, "the pitch [m]"));
@@ -200,7 +200,7 @@ HeightMap read_zygo_text(const MeasuredSource& source) {
   } else {
     if (source.value_factor || source.value_in_waves)
       throw InputError(source.path, "option 'value_unit'", "counts of the phase",
-                       "no such option: such files say what their heights are");
+                       "no such option, because such files state what their heights are");
     map.file_unit = zygo_count(header, source);
     place_counts(source.path, zygo_blocks(&lines), map.file_unit, &map);
   }

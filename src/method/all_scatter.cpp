@@ -71,7 +71,7 @@ class DrawnMirrors {
     std::vector<Statistic> moments;
     std::vector<Eigen::Index> place;
     for (std::size_t k = 0; k < statistics_.size(); ++k) {
-      if (!kind_of(statistics_[k]).is_moment) continue;
+      if (!kind_of(statistics_[k]).is_moment()) continue;
       moments.push_back(statistics_[k]);
       place.push_back(Eigen::Index(k));
     }
@@ -80,7 +80,7 @@ class DrawnMirrors {
     Eigen::MatrixXd values(Eigen::Index(moments.size()), surfaces);
     for (std::size_t j = 0; j < place.size(); ++j)
       values.row(Eigen::Index(j)).head(known) = values_.row(place[j]);
-    of_.context.say(fmt::format("heights and slopes of {} draws", surfaces));
+    of_.context.say(fmt::format("heights and slopes of {} realisations", surfaces));
     const LightPath path = bench_->focus(of_.task);
     const auto model = make_forward_model(path, moments, of_.context.threads);
     int drawn = known;
@@ -100,7 +100,7 @@ class DrawnMirrors {
     int d = int(values_.cols());
     values_.conservativeResize(Eigen::Index(statistics_.size()), std::max(count, d));
     for (; d < count; ++d) {
-      of_.context.say(fmt::format("draw {} of {}", d + 1, count));
+      of_.context.say(fmt::format("realisation {} of {}", d + 1, count));
       LightPath path = bench_->focus(of_.task);
       path.workspace = &workspace_;
       values_.col(d) = focus_statistics(path, coefficients(d), statistics_, of_.context.threads,
@@ -166,7 +166,7 @@ Attempt judge_all_scatter(const FitCase& of) {
       of.ground.split);
   result.fitted.rays = attempt.bench->pupil.size();
   result.fitted.fit.status = FitStatus::kConverged;
-  result.fitted.fit.message = "nothing to fit: no frequency needs a term";
+  result.fitted.fit.message = "there is nothing to fit, because no frequency needs a term";
   attempt.mismatch = 0;
   const JudgedSet fitted(of.targets.fitted, {});
   const Eigen::VectorXd own =
@@ -184,7 +184,7 @@ Attempt judge_all_scatter(const FitCase& of) {
   judge(law::kGroups, law::kGroups);
   double draws = law::kGroups, surfaces = law::kGroups;
   for (std::size_t k = 0; k < result.judgement.metrics.size(); ++k) {
-    double& most = kind_of(judged.targets()[k].statistic).is_moment ? surfaces : draws;
+    double& most = kind_of(judged.targets()[k].statistic).is_moment() ? surfaces : draws;
     most = std::max(most, enough_draws(result.judgement.metrics[k]));
   }
   if (std::max(draws, surfaces) > law::kGroups) judge(draws, surfaces);

@@ -272,7 +272,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   if (result.fitted.fit.status == FitStatus::kCancelled && !of.context.stopped()) {
     result.fitted.fit.status = FitStatus::kNotConverged;
     result.fitted.fit.message = fmt::format(
-        "ended after {} iterations, the last {} of which brought the largest mismatch no nearer than {:.3g} "
+        "stopped after {} iterations; in the last {} the largest mismatch did not fall below {:.3g} "
         "tolerances",
         result.fitted.fit.iterations, law::kPatience, lowest);
   }

@@ -48,9 +48,9 @@ std::string reason_of(const Groundwork& ground, const BandShares& shares) {
   const auto frequency = [](double f) { return format_quantity(f, Dimension::kSpatialFrequency); };
   const std::string spread =
       std::isnan(shares.spread)
-          ? "by rays it is not known how far mirrors that share the terms differ"
-          : fmt::format("mirrors that share {} differ by {:.2g} of a tolerance ({}, one standard deviation)",
-                        shares.cut > 0 ? "the terms" : "nothing but this specification", shares.spread,
+          ? "for rays the spread of mirrors with the same terms is not known"
+          : fmt::format("mirrors with the same {} differ by {:.2g} tolerances ({}, one standard deviation)",
+                        shares.cut > 0 ? "terms" : "specification", shares.spread,
                         shares.spread_of.empty() ? "nothing is judged" : name_without_unit(shares.spread_of));
   const std::string scatter = fmt::format(
       "{} to {} {} scatter (RMS {}, TIS {})", frequency(std::max(shares.cut, ground.psd->f_min())),
@@ -88,12 +88,12 @@ BandRule rule_of(const Task& task, const BandSpec& band) {
 // Returns why rays cannot be split at a requested cut, a clause; empty: they can.
 std::string obstacle_to_rays(const Task& task, const Groundwork& ground, double cut) {
   if (task.target.convention == Convention::kPaper)
-    return "convention \"paper\" turns terms and drawn rays by different angles";
+    return "convention \"paper\" turns terms and random rays by different angles";
   if (!ground.use.obstacle.empty()) return ground.use.obstacle;
   if (cut <= ground.psd->f_min())
     return fmt::format(
-        "geometric rays need terms: all of the roughness lies above {}, and rays without "
-        "terms are the theory itself",
+        "geometric rays need terms, but all of the roughness lies above {}; without terms they are the "
+        "theory itself",
         format_quantity(cut, Dimension::kSpatialFrequency));
   return "";
 }
@@ -128,11 +128,11 @@ void split_band(const Task& task, const BandSpec& band, const LightOfMirrors& li
 
 std::string obstacle_to_split(const Groundwork& ground, const TargetSets& targets) {
   const std::vector<Target>& fitted = targets.fitted;
-  if (!ground.mean_spot) return "the targets of this study are not those of light";
+  if (!ground.mean_spot) return "the targets of this study are not from wave optics";
   if (ground.use.model != FocusModel::kWaves) return "the surface of this study is traced by rays";
   if (std::any_of(fitted.begin(), fitted.end(),
                   [](const Target& target) { return std::holds_alternative<ScatterMean>(target.statistic); }))
-    return "scatter_mean is among the statistics, and that of terms and scatter together is not known";
+    return "scatter_mean is requested, and its value for terms and scatter together is not known";
   return "";
 }
 

@@ -82,7 +82,7 @@ double mean_over(const RadialPsd& psd, double low, double high) {
 double pitch_of_image(const Task& task, const Groundwork& ground, const TermSet& terms,
                       std::string* obstacle) {
   if (!ground.specified_spot) {
-    *obstacle = "the scene has no mean light";
+    *obstacle = "the scene has no mean PSF";
     return 0;
   }
   try {
@@ -92,7 +92,7 @@ double pitch_of_image(const Task& task, const Groundwork& ground, const TermSet&
     const double cells = 2 * ground.radius / pitch;
     if (cells <= law::kMostCells / 2) return pitch;
     *obstacle =
-        fmt::format("it would need a grid of {:.0f} cells across, more than {}", cells, law::kMostCells / 2);
+        fmt::format("it would need a grid of {:.0f} points across, more than {}", cells, law::kMostCells / 2);
   } catch (const ComputationError& error) {
     *obstacle = error.what();
   }
@@ -136,17 +136,21 @@ std::string Character::fault() const {
     worst = clause;
   };
   for (const CharacterBin& bin : psd)
-    ask(bin.ratio, fmt::format("PSD {:.2g} times at {:.3g} /m", bin.ratio.value, bin.middle()));
+    ask(bin.ratio,
+        fmt::format("its PSD is {:.2g} times the specified one at {:.3g} /m", bin.ratio.value, bin.middle()));
   for (const ZoneSlope& zone : zones)
     ask(zone.ratio,
-        fmt::format("slope {:.2f} of the mean one at {:.2f}-{:.2f} R, draws {:.2f}-{:.2f}", zone.ratio.value,
-                    zone.rho_min, zone.rho_max, zone.ratio.low, zone.ratio.high));
-  ask(slope_x_over_y, fmt::format("slope along x {:.2f} of that along y", slope_x_over_y.value));
+        fmt::format("its RMS slope is {:.2f} times that of the aperture at {:.2f}-{:.2f} R (realisations: "
+                    "{:.2f}-{:.2f})",
+                    zone.ratio.value, zone.rho_min, zone.rho_max, zone.ratio.low, zone.ratio.high));
+  ask(slope_x_over_y, fmt::format("its slope along x is {:.2f} times that along y", slope_x_over_y.value));
   if (length_over_width)
-    ask(*length_over_width, fmt::format("image {:.2f} times longer than wide", length_over_width->value));
+    ask(*length_over_width, fmt::format("its PSF is {:.2f} times as long as wide", length_over_width->value));
   if (bright_share)
-    ask(*bright_share, fmt::format("{:.2g} % of the light beyond ee35 in 1 % of its area, draws {:.2g} %",
-                                   100 * bright_share->value, 100 * bright_share->mean));
+    ask(*bright_share,
+        fmt::format(
+            "{:.2g} % of the energy beyond ee35 falls on 1 % of the area there (realisations: {:.2g} %)",
+            100 * bright_share->value, 100 * bright_share->mean));
   return worst;
 }
 

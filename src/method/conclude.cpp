@@ -26,8 +26,8 @@ void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surfac
   if (own == specified) return;
   warnings->push_back(
       {"surface-regime",
-       fmt::format("by its own height the fitted surface (RMS {:.4g} nm, kappa {:.2f}) calls for {}, while "
-                   "the specification (RMS {:.4g} nm, kappa {:.2f}) calls for {}",
+       fmt::format("the fitted surface (RMS {:.4g} nm, kappa {:.2f}) needs {}, but the specification (RMS "
+                   "{:.4g} nm, kappa {:.2f}) needs {}",
                    1e9 * surface.rms_height, surface.kappa, to_string(own), 1e9 * ground.numbers.rms_height,
                    ground.numbers.kappa, to_string(specified))});
 }
@@ -38,12 +38,11 @@ void warn_of_absurd_height(double rms_height, double specified, Warnings* warnin
   if (rms_height <= law::kAbsurdRatio * specified) return;
   warnings->push_back(
       {"absurd-surface",
-       fmt::format(
-           "the fitted surface has an RMS height of {}, {:.3g} times the {} that its terms stand for: "
-           "whatever its focus, it is no such mirror; take more targets, `rms_height` among them, a "
-           "prior (`fit.prior`) or other terms",
-           format_quantity(rms_height, Dimension::kLength), rms_height / specified,
-           format_quantity(specified, Dimension::kLength))});
+       fmt::format("the fitted surface has an RMS height of {}, {:.3g} times the {} that its terms should "
+                   "have. It is no such mirror, even if the focus agrees. Use more targets (such as "
+                   "`rms_height`), a prior (`fit.prior`) or other terms",
+                   format_quantity(rms_height, Dimension::kLength), rms_height / specified,
+                   format_quantity(specified, Dimension::kLength))});
 }
 
 void describe_surface(const FitCase& of, Attempt* attempt) {
@@ -106,7 +105,7 @@ void judge_on_more_rays(const FitCase& of, double model_error, Attempt* attempt)
 void ask_light(const FitCase& of, Attempt* attempt) {
   FitOutcome* result = &attempt->result;
   if (of.ground.use.in_light(of.targets.theory == "given")) return;
-  of.context.say("light");
+  of.context.say("judging by wave optics");
   result->judgement.light =
       judge_in_light(of, result->fitted.terms, result->fitted.fit.coefficients, &result->warnings);
   const LightJudgement& light = *result->judgement.light;
@@ -124,12 +123,11 @@ void ask_light(const FitCase& of, Attempt* attempt) {
 
 void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome* result) {
   Warnings& warnings = result->warnings;
-  warn_of_spread("the calibrated surface, not for any one real mirror", result);
+  warn_of_spread("the fitted surface, not for a single real mirror", result);
   if (result->fitted.fit.status == FitStatus::kNotConverged)
-    warnings.push_back({"not-converged",
-                        "the fit ended before every target was met, which is no verdict on its "
-                        "surface: " +
-                            result->fitted.fit.message});
+    warnings.push_back(
+        {"not-converged", "the fit ended before it met every target, which is no verdict on its surface: " +
+                              result->fitted.fit.message});
   if (fresh.lost > 0)
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
@@ -137,7 +135,7 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
       result->fitted.rays < law::kRaysPerTerm * result->fitted.terms.size() &&
       result->fitted.targets.size() > 10)
     warnings.push_back(
-        {"few-rays", fmt::format("{} rays for {} terms: the terms can follow single rays; use more rays",
+        {"few-rays", fmt::format("with {} rays for {} terms, the terms can follow single rays; use more rays",
                                  result->fitted.rays, result->fitted.terms.size())});
 }
 
@@ -157,7 +155,7 @@ void conclude(const FitCase& of, Attempt* attempt) {
   describe_surface(of, attempt);
   if (of.ground.psd && !(result.fitted.terms.zernike.empty() && result.fitted.terms.fourier.empty()) &&
       result.fitted.surface.rms_slope_per_axis > 0 && !of.context.stopped()) {
-    of.context.say("character");
+    of.context.say("comparing PSD and shape with realisations");
     result.judgement.character =
         character_of(of.task, of.ground, result.fitted.terms, result.fitted.fit.coefficients, of.context);
   }

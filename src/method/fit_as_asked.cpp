@@ -47,7 +47,7 @@ class Sets {
   // Fits these terms from the task's number of starts; true when one fit is equivalent.
   bool pass(const TermsSpec& asked) {
     const auto begin = Clock::now();
-    of_.context.say("prior");
+    of_.context.say("covariance of the terms");
     const auto terms = std::make_shared<const TermPlan>(plan_terms(of_.task, of_.ground, asked));
     FitPlan plan = make_plan(of_.task, terms);
     plan.set = int(points_.size()) + 1;
@@ -125,12 +125,11 @@ Attempt fit_by_law(const FitCase& of) {
   const std::string set = set_of(sets.kept());
   if (tried == 1) return sets.finish(false, set + ", as many as carry the band to its end");
   if (is_equivalent(sets.kept()))
-    return sets.finish(false,
-                       fmt::format("{}, the last of {} sets that carry the band to its end and beyond, "
-                                   "which is equivalent: its held-out statistics chose it",
-                                   set, tried));
-  return sets.finish(false, fmt::format("{}, the nearest of {} sets that carry the band to its end and "
-                                        "beyond, none of which is equivalent",
+    return sets.finish(false, fmt::format("{}. This is the last of {} sets that carry the band to its end "
+                                          "and beyond. It is equivalent; its held-out statistics selected it",
+                                          set, tried));
+  return sets.finish(false, fmt::format("{}. None of {} sets that carry the band to its end and beyond is "
+                                        "equivalent; this one is the nearest",
                                         set, tried));
 }
 
@@ -154,15 +153,15 @@ Attempt fit_fewest(const FitCase& of) {
   }
   const std::string set = set_of(sets.kept());
   if (!passes)
-    return sets.finish(true, fmt::format("{}: the set that carries the band is not equivalent, so that fewer "
-                                         "were not looked for",
-                                         set));
+    return sets.finish(
+        true, fmt::format(
+                  "{}. The set that carries the band is not equivalent, so fewer terms were not tried", set));
   return sets.finish(
       true,
-      fmt::format("{}, the fewest of those tried that are equivalent, to {:.0f} % of the order: held-out "
-                  "statistics chose them, which are no longer held out, and they need not have the "
-                  "specification's PSD",
-                  set, 100 * (law::kFewestWithin - 1)));
+      fmt::format(
+          "{}. This is the smallest equivalent set, to {:.0f} % of the order. The held-out statistics "
+          "selected it, so they are no independent check; its PSD need not be that of the specification",
+          set, 100 * (law::kFewestWithin - 1)));
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ void look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::
 }  // namespace
 
 void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays) {
-  of.context.say("fresh rays");
+  of.context.say("judging on fresh rays");
   FitOutcome& result = attempt->result;
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   if (rays == 0) rays = 4 * result.fitted.rays;

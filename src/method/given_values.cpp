@@ -17,7 +17,7 @@ struct Energy {
 };
 
 std::string said(const Energy& one) {
-  return fmt::format("{} ({:.6g} % of the light within {})", one.name, 100 * one.share,
+  return fmt::format("{} ({:.6g} % of the energy within {})", one.name, 100 * one.share,
                      format_quantity(one.radius, Dimension::kLength));
 }
 
@@ -27,7 +27,7 @@ void check_given_energies(const std::vector<Wanted>& wanted) {
   std::map<double, std::vector<Energy>> planes;
   for (const Wanted& one : wanted) {
     if (!one.value) continue;
-    const std::string key = kind_of(one.statistic).key, name = statistic_name(one.statistic);
+    const std::string key(kind_of(one.statistic).key), name = statistic_name(one.statistic);
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&one.statistic))
       planes[ee->dz].push_back({*one.value, ee->fraction, fmt::format("ee{:.6g}", 100 * ee->fraction), name});
     else if (const auto* within = std::get_if<RingThrough>(&one.statistic); within && !within->is_point)
@@ -40,7 +40,7 @@ void check_given_energies(const std::vector<Wanted>& wanted) {
       const Energy &less = energies[k - 1], &more = energies[k];
       if (less.share < more.share && less.radius >= more.radius)
         throw FieldError("target.statistics." + less.key, said(less) + " beside " + said(more),
-                         "radii that grow with the share of the light inside");
+                         "radii that grow with the energy fraction inside");
     }
   }
 }

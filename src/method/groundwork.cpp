@@ -25,9 +25,12 @@ namespace {
 
 // Spot scale of a study with given targets: from the first value that determines one.
 double scale_of_values(const Task& task) {
+  const auto unknown = [](double) { return kNaN; };  // a ring of a fraction
   for (const StatisticRequest& request : task.target.statistics)
-    if (const auto sigma = spot_sigma(request, task.mirror.focal_length)) return *sigma;
-  throw FieldError("target.statistics", "no value that gives the focal spot a size",
+    for (const Wanted& one : wanted_by(request, unknown, 0))
+      if (const auto sigma = spot_sigma(one.statistic, one.value.value_or(0), task.mirror.focal_length))
+        return *sigma;
+  throw FieldError("target.statistics", "no given value that determines the spot size",
                    "a roughness block, or a value for an ee, rms_radius, scatter or spot statistic");
 }
 
@@ -57,30 +60,29 @@ void check_depth(const Task& task, Groundwork* ground) {
   const double units = ground->default_planes();
   const double f = ground->focal_length, depth = f * ground->core_sigma / ground->radius;
   const double slope = ground->numbers.rms_slope_per_axis;
-  const std::string found = fmt::format("the spot of {} is so deep that they would lie up to {} from it",
+  const std::string found = fmt::format("with a spot of {} they would be up to {} from the focus",
                                         format_quantity(ground->core_sigma, Dimension::kLength),
                                         format_quantity(units * depth, Dimension::kLength));
   const bool behind = units * depth > f;
   if (behind && law::kSecondOrder * slope * slope > task.equivalence.margin)
-    throw FieldError("roughness.psd", "a focus without planes beside it: " + found,
-                     fmt::format("an RMS slope far below {:.3g} per axis: less height or a lower f_max; or "
-                                 "named statistics in the focus alone",
+    throw FieldError("roughness.psd", "planes out of focus that are too far away: " + found,
+                     fmt::format("an RMS slope far below {:.3g} per axis (less height or a lower f_max), or "
+                                 "named statistics only in the focus",
                                  slope));
   const double fresnel = ground->radius * ground->radius / (task.wavelength * f);
   const bool rough = 2 * f * slope > ground->numbers.airy_ee90 / kGaussianEe90;
   if (behind && !(rough && fresnel > 1))
     throw FieldError(
-        "mirror.focal_length", "a focus without planes beside it: " + found,
-        fmt::format("a Fresnel number R^2/(lambda f) well above 1, here {:.2g}: a larger aperture, a shorter "
-                    "focal length or wavelength; or named statistics in the focus alone",
+        "mirror.focal_length", "planes out of focus that are too far away: " + found,
+        fmt::format("a Fresnel number R^2/(lambda f) well above 1, here {:.2g} (a larger aperture, a shorter "
+                    "focal length or wavelength), or named statistics only in the focus",
                     fresnel));
   if (ground->is_deep())
     ground->use.warnings.push_back(
         {"deep-focus",
-         fmt::format(
-             "the planes beside the focus would be {} depths of focus from it: {}; they are held within "
-             "{}, and rings are left out",
-             units, found, format_quantity(units * ground->default_unit(), Dimension::kLength))});
+         fmt::format("the default planes are {} depths of focus out of focus: {}. They are limited to {}, "
+                     "and rings are left out",
+                     units, found, format_quantity(units * ground->default_unit(), Dimension::kLength))});
 }
 
 // The closest tolerance of a target that comes from theory.
@@ -107,15 +109,15 @@ void mind_steep_slopes(const Task& task, const PhysicsRequest& asked, Groundwork
     if (use.theory == Theory::kGhs) ground->specified_spot = spot_of(task, *ground->psd);
     use.theory = Theory::kRays;
     use.reason += fmt::format(
-        " Targets are those of rays with drawn slopes: at an RMS slope of {:.2g} the closed forms, of first "
-        "order in it, have radii {} too small.",
+        " Targets come from rays with random slopes, because at an RMS slope of {:.2g} the first-order "
+        "closed forms have radii {} too small.",
         slope, format_percent(error));
   } else if (use.theory == Theory::kGeometric && error > law::kShareOfMargin * margin) {
     use.warnings.push_back(
         {"steep-slopes",
          fmt::format(
-             "geometric Harvey-Shack is of first order in the slope: at an RMS slope of {:.2g} its radii "
-             "are {} too small, which a margin of {} sees; take \"theory\": \"rays\"",
+             "geometric Harvey-Shack is of first order in the slope. At an RMS slope of {:.2g} its radii are "
+             "{} too small, which is not small against a margin of {}; take \"theory\": \"rays\"",
              slope, format_percent(error), format_percent(margin))});
   }
 }
@@ -156,7 +158,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   ground.numbers = scene_numbers(*ground.psd, task.mirror, task.aperture, task.wavelength);
   if (!std::isfinite(ground.numbers.rms_slope_per_axis))
     throw FieldError("roughness.psd", "a PSD whose slope variance is infinite",
-                     "a band limit f_max: rays need a finite slope");
+                     "a band limit f_max, because rays need a finite slope");
   ground.prior_height_factor = task.target.convention == Convention::kPaper ? 0.5 : 1.0;
   ground.prior_psd.emplace(ground.psd->scaled(ground.prior_height_factor));
   ground.theory.emplace(task.mirror, task.aperture, ground.numbers.rms_slope_per_axis, task.target.convention,
@@ -201,28 +203,27 @@ Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSe
     warnings.push_back({"rays-not-valid", ground.use.reason});
   if (ground.prior_height_factor != 1)
     warnings.push_back({"prior-scaled",
-                        "convention `paper` deflects half as much as the law of reflection: the equivalent "
-                        "physical surface has half "
-                        "the specified height, and the prior is scaled with it"});
+                        "convention `paper` deflects rays half as much as the law of reflection. The "
+                        "equivalent physical surface has half the specified height, and so has the prior"});
   if (task.terms.covariance == CovarianceKind::kDiagonal)
-    warnings.push_back({"diagonal-covariance",
-                        "independent coefficients pile slope up at the rim: such a surface is not stationary "
-                        "and differs from a "
-                        "Harvey-Shack target by tens of percent; use covariance `full`"});
+    warnings.push_back(
+        {"diagonal-covariance",
+         "independent coefficients make slopes larger at the rim. Such a surface is not stationary and "
+         "differs from a Harvey-Shack target by tens of percent; use covariance `full`"});
   if (ground.psd && !ground.all_scatters() && !task.terms.automatic() &&
       1 - captured > task.equivalence.margin)
     warnings.push_back(
         {"truncated-terms",
          fmt::format("the terms can carry {:.1f} % of the height variance of the specification{}{}",
                      100 * captured, ground.split ? " below the cut" : "",
-                     task.terms.zernike ? "; raise n_max"
-                                        : "; name Zernikes, or leave `terms` out and they are chosen")});
+                     task.terms.zernike
+                         ? "; raise n_max"
+                         : "; name Zernikes, or leave `terms` out and the program chooses them")});
   if (const int overlap = radial_overlap(terms); overlap > 0)
     warnings.push_back(
-        {"m0-overlap",
-         fmt::format("{} combination{} of the m = 0 Zernikes and the spherical powers bend{} no ray "
-                     "differently: only their sum is determined, the prior splits it",
-                     overlap, overlap == 1 ? "" : "s", overlap == 1 ? "s" : "")});
+        {"m0-overlap", fmt::format("{} combination{} of the m = 0 Zernikes and the spherical powers change{} "
+                                   "no ray. Only the sum is determined; the prior splits it",
+                                   overlap, overlap == 1 ? "" : "s", overlap == 1 ? "s" : "")});
   return warnings;
 }
 

@@ -43,7 +43,7 @@ std::string effect_on_radii(const Task& task) {
                          format_quantity(about_centroid, Dimension::kLength));
   } catch (const ComputationError&) {
   }
-  return "they are about as large as that shift, whatever the spot is";
+  return "radii about the focus are about as large as that shift";
 }
 
 // With Z_2 = 2 x/R and Z_3 = 2 y/R, a surface tilt of X/(2f) moves the image by X.
@@ -76,11 +76,11 @@ std::optional<Warning> image_shift_warning(const Task& task) {
   if (effect.empty()) return std::nullopt;
   return Warning{
       "image-off-axis",
-      fmt::format("the known aberrations move the image: the centroid of its light is {} from the nominal "
-                  "focus, which radii, rings and squares are about: {}; no key centres light (`trace.centre` "
-                  "\"centroid\" is for rays alone), but a tilt does, as a telescope is pointed: add {} in "
-                  "`mirror.zernike` (heights of the surface) and the centroid is the focus",
-                  format_quantity(shift, Dimension::kLength), effect, centring_tilt(task, centroid))};
+      fmt::format(
+          "the known aberrations move the image: its centroid is {} from the nominal focus, which is the "
+          "centre of radii, rings and squares ({}). To centre it, tilt the mirror as one points a telescope: "
+          "add {} in `mirror.zernike` (heights of the surface); `trace.centre` \"centroid\" is for rays only",
+          format_quantity(shift, Dimension::kLength), effect, centring_tilt(task, centroid))};
 }
 
 }  // namespace aberfit

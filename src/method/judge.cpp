@@ -29,7 +29,7 @@ std::vector<Target> targets_of_light(const GeneralisedHarveyShack& light, std::v
 }
 
 std::vector<Target> seen_by_waves(std::vector<Target> targets) {
-  std::erase_if(targets, [](const Target& target) { return !kind_of(target.statistic).in_waves; });
+  std::erase_if(targets, [](const Target& target) { return !kind_of(target.statistic).in_waves(); });
   return targets;
 }
 
@@ -62,7 +62,7 @@ LightJudgement judge_in_light(const FitCase& of, const TermSet& terms, const Eig
     if (cells > law::kMostCells) {
       light.no_grid = true;
       light.obstacle =
-          fmt::format("the pupil would need {:.0f} cells across, more than {}", cells, law::kMostCells);
+          fmt::format("the pupil would need {:.0f} grid points across, more than {}", cells, law::kMostCells);
       return light;
     }
     const FreshPupil pupil{FocusModel::kWaves, rays_of(task.trace.pupil), task.trace.pupil.seed, pitch};

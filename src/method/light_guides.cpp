@@ -11,11 +11,11 @@
 namespace aberfit::internal {
 namespace {
 
-// The spacing of rings and planes for one speckle grain. Rings lie half a grain apart, the sampling of a
-// pattern without frequencies above 1/grain, or farther: as far as the 2 pi r/grain grains on a ring keep the
-// energy between two rings within the margin. Planes lie half a depth of the grain apart, or as far as the
-// cone of rays widens by law::kSteadyPlane such ring widths. Both steps grow as r^(3/2), so the number is
-// bounded as margin^(-2/3): some thirty rings per plane at a margin of 1 %.
+// The spacing of rings and planes for one speckle grain. Rings lie at least half a grain apart, the sampling
+// of a pattern without frequencies above 1/grain. They lie farther apart if the 2 pi r/grain grains on a ring
+// still keep the energy between two rings within the margin. Planes lie half a depth of the grain apart, or
+// as far as the cone of rays widens by law::kSteadyPlane such ring widths. Both steps grow as r^(3/2), so the
+// number is bounded as margin^(-2/3): some thirty rings per plane at a margin of 1 %.
 struct Grain {
   double across, f_number, margin;
   double steady(double radius) const {
@@ -40,7 +40,7 @@ std::vector<double> planes_between(const Groundwork& ground, const Grain& grain,
   return planes;
 }
 
-// From the innermost fitted fraction to the last but one; farther rings hold too many grains to vary.
+// Guides from the innermost fitted fraction to the last but one; farther rings hold too many grains to vary.
 std::vector<Target> guides_in(const MeanSpot& spot, const Grain& grain, double dz) {
   const double last = spot.encircled_energy_radius(*(std::end(law::kFittedShares) - 2));
   std::vector<Target> guides;

@@ -115,7 +115,7 @@ TablePsd residual_table(const HeightMap& residual, const TermSet& terms, int thr
   whole.f_max = estimate.nyquist;  // includes what the instrument damps; the map has nothing beyond
   const SurfacePsd surface = surface_psd(estimate, fit_psd_model(estimate, whole));
   if (surface.psd.size() == 0)
-    throw std::invalid_argument("no bin of its PSD shows the surface rather than the estimator");
+    throw std::invalid_argument("every bin of its PSD shows the estimator, not the surface");
   TablePsd table;
   const auto add = [&](double f, double s) {
     if (!table.frequency.empty() && !(f > table.frequency.back())) return;
@@ -250,9 +250,8 @@ void warn_of_map_light(const Task& task, const MapPanel& residual, MapLight* lig
   if (light->filled_share > law::kNoteworthy)
     light->warnings.push_back(
         {"map-filled",
-         fmt::format("{} of the aperture has no measured height: there the light of the map is that of the "
-                     "terms, which are extrapolated at the rim; give the aperture the size of what was "
-                     "measured",
+         fmt::format("{} of the aperture has no measured height. There the heights of the terms are used, "
+                     "which are extrapolated at the rim. Give the aperture the size of the measured part",
                      format_quantity(light->filled_share, Dimension::kFraction))});
   const ResidualPsd& rest = light->rest;
   if (!(rest.rms_height > 0)) return;
@@ -261,9 +260,9 @@ void warn_of_map_light(const Task& task, const MapPanel& residual, MapLight* lig
   if (std::max(ratio, 1 / ratio) > law::kNoticedRatio && std::abs(left - rest.tis) > task.equivalence.margin)
     light->warnings.push_back(
         {"residual-psd-rms",
-         fmt::format("the terms leave {} RMS of the map, the PSD of that holds {}: it is not even over the "
-                     "aperture, as a turned-down rim is not, and one PSD does not describe its light; take "
-                     "more terms (`terms.zernike.n_max`) or a smaller aperture",
+         fmt::format("the residual of the map has {} RMS, but its PSD only {}. It is not uniform over the "
+                     "aperture (a turned-down rim, for example), so one PSD does not describe its scatter. "
+                     "Take more terms (`terms.zernike.n_max`) or a smaller aperture",
                      length_words(residual.rms), length_words(rest.rms_height))});
 }
 

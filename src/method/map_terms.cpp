@@ -23,9 +23,9 @@ void check_reach(const Task& task, const HeightMap& map) {
   const double across = 2 * aperture_radius(task.aperture),
                cells = (across / map.pitch_x) * (across / map.pitch_y);
   if (cells > law::kMostMapCells)
-    throw FieldError("aperture",
-                     fmt::format("{:.3g} points of this map across the square of the aperture", cells),
-                     fmt::format("at most {:.3g}: a smaller aperture, or a coarser map", law::kMostMapCells));
+    throw FieldError(
+        "aperture", fmt::format("{:.3g} points of this map in the square around the aperture", cells),
+        fmt::format("at most {:.3g} (a smaller aperture, or a coarser map)", law::kMostMapCells));
   const double reach = enclosing_circle(map).radius, radius = aperture_radius(task.aperture);
   if (reach >= 0.5 * radius) return;
   throw FieldError(
@@ -38,11 +38,11 @@ void check_reach(const Task& task, const HeightMap& map) {
 Warnings coverage_warnings(const HeightMap& map, double radius) {
   const double reach = enclosing_circle(map).radius;
   if (reach >= 0.98 * radius) return {};
-  return {{"map-smaller-than-aperture",
-           fmt::format(
-               "the valid points reach {} from their middle, the aperture {}: beyond the map the terms are "
-               "extrapolated; give the aperture the size of the map",
-               format_quantity(reach, Dimension::kLength), format_quantity(radius, Dimension::kLength))}};
+  return {
+      {"map-smaller-than-aperture",
+       fmt::format("the valid points reach {} from their middle, but the aperture {}. Beyond the map the "
+                   "terms are extrapolated; give the aperture the size of the map",
+                   format_quantity(reach, Dimension::kLength), format_quantity(radius, Dimension::kLength))}};
 }
 
 // Statistics of the fitted terms that are reported without a target.
@@ -100,11 +100,11 @@ void warn_of_rays(const Task& task, FitOutcome* result) {
   result->warnings.push_back(
       {"rays-not-valid",
        fmt::format(
-           "ee90 by rays, {}, is less than {} Airy radii (ee90 {}): diffraction decides there. {}",
+           "ee90 by rays, {}, is less than {} Airy radii (ee90 {}), so diffraction decides. {}",
            format_quantity(result->fitted.values[2], Dimension::kLength), kAiryRadiiForRays,
            format_quantity(airy_ee90(task.mirror, task.aperture, task.wavelength), Dimension::kLength),
-           task.trace.model ? "Leave `trace.model` out, and the statistics are those of waves"
-                            : "The exported surface can be propagated as it is")});
+           task.trace.model ? "Leave `trace.model` out to compute the statistics by waves"
+                            : "Propagate the exported surface with another program")});
 }
 
 EquivalentSurface surface_numbers(const PupilSample& pupil, const SurfaceField& field, double wavelength) {
@@ -166,7 +166,7 @@ FitOutcome fit_map_terms(const Task& task, const HeightMap& map, const MapFitOpt
 void light_up_map(const Task& task, const HeightMap& map, bool with_ring, const RunContext& context,
                   FitOutcome* outcome) {
   if (context.stopped()) throw Interrupted("stopped before the map was done");
-  context.say("light of the map");
+  context.say("PSF of the map");
   outcome->map.panels =
       map_panels(map, task.aperture, outcome->fitted.terms, *outcome->map.fit, context.threads);
   outcome->map.light = map_light(task, *outcome->map.panels, outcome->fitted.terms, *outcome->map.fit,

@@ -28,19 +28,19 @@ void require_light(const Task& task) {
   if (task.target.theory && *task.target.theory != Theory::kGhs)
     throw FieldError("target.theory",
                      '"' + to_string(*task.target.theory) + "\" for a map beside a roughness",
-                     "\"auto\", \"ghs\": a measured part is judged in light");
+                     "\"auto\" or \"ghs\", because a measured part is judged by wave optics");
   if (task.target.convention == Convention::kPaper)
     throw FieldError("target.convention", "\"paper\", a rule for rays, for a map beside a roughness",
-                     "\"physical\": a measured part is judged in light");
+                     "\"physical\", because a measured part is judged by wave optics");
   if (task.trace.model && *task.trace.model != FocusModel::kWaves)
     throw FieldError("trace.model", '"' + to_string(*task.trace.model) + "\" for a map beside a roughness",
-                     "\"auto\", \"waves\": a measured part is judged in light");
+                     "\"auto\" or \"waves\", because a measured part is judged by wave optics");
   const RadialPsd psd(*task.psd);
   const PhysicsChoice use = choose_physics(task, {task.target.theory, {}}, &psd);
   if (!use.obstacle.empty())
     throw FieldError(
-        "roughness", "one beside a map whose light cannot be judged: " + use.obstacle,
-        "no roughness, and the terms are fitted without a verdict; or one with a theory of light");
+        "roughness", "a roughness beside a map that cannot be judged by wave optics: " + use.obstacle,
+        "no roughness (the terms are then fitted without a verdict), or one that wave optics can describe");
 }
 
 int degree_of(const TermSet& terms) {
@@ -76,21 +76,21 @@ double specified_residual(const RadialPsd& psd, const TermSet& terms, double nyq
 std::string terms_words(const TermSet& terms, const PartBand& band) {
   const std::string cycles =
       fmt::format("{} ({:.3g} cycles across)", frequency(band.cut), 2 * terms.radius * band.cut);
-  if (band.named) return fmt::format("the terms stand for frequencies up to {}, as asked", cycles);
+  if (band.named) return fmt::format("the terms represent frequencies up to {}, as requested", cycles);
   if (band.cut < band.terms)
-    return fmt::format("the terms stand for frequencies up to {}, where the points of the map end", cycles);
-  return fmt::format("the terms end at {}; the map at {}", cycles, frequency(band.nyquist));
+    return fmt::format("the terms represent frequencies up to {}, the limit of the map's points", cycles);
+  return fmt::format("the terms end at {}, the map at {}", cycles, frequency(band.nyquist));
 }
 
 std::string part_reason(const RadialPsd& psd, const TermSet& terms, const PartBand& band,
                         const BandShares& shares) {
   const std::string text = "A measured part: " + terms_words(terms, band) + "; ";
   if (!(shares.rest_rms > 0))
-    return text + fmt::format("the specification ends at {}, below that: there is no rest, nothing scatters.",
+    return text + fmt::format("the specification ends below that, at {}, so nothing is left to scatter.",
                               frequency(psd.f_max()));
   return text + fmt::format(
-                    "the specification's {} to {} is scatter (RMS {}, TIS {}); parts that share "
-                    "the terms differ by {:.2g} of a tolerance ({}, one standard deviation).",
+                    "the specification from {} to {} is scatter (RMS {}, TIS {}); parts with the same terms "
+                    "differ by {:.2g} tolerances ({}, one standard deviation).",
                     frequency(std::max(band.cut, psd.f_min())), frequency(psd.f_max()),
                     length(shares.rest_rms), format_percent(shares.tis), shares.spread,
                     shares.spread_of.empty() ? "nothing is judged" : name_without_unit(shares.spread_of));
@@ -100,19 +100,18 @@ void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warn
   if (band.named && std::abs(band.cut / band.terms - 1) > law::kGrowth - 1)
     warnings->push_back(
         {"cut-off-the-terms",
-         fmt::format("the terms end at {}, the cut is at {}: what lies between {}; leave `terms.band` "
-                     "out, or the terms' order",
+         fmt::format("the terms end at {}, but the cut is at {}. The roughness between {}. Leave out "
+                     "`terms.band` or the order of the terms",
                      frequency(band.terms), frequency(band.cut),
                      band.cut < band.terms ? "counts twice" : "is in neither terms nor scatter")});
   const double ratio = shares.map_residual / shares.specified_residual;
   if (ratio > law::kNoticedRatio || ratio < 1 / law::kNoticedRatio)
     warnings->push_back(
         {"rest-not-as-specified",
-         fmt::format(
-             "the terms leave {} RMS of the map, and would leave {} of its specification: beyond them "
-             "this part is {}, and the scatter is the specification's",
-             length(shares.map_residual), length(shares.specified_residual),
-             ratio > 1 ? "rougher" : "smoother, or the map does not resolve it")});
+         fmt::format("the terms leave {} RMS of the map and would leave {} of its specification. Beyond the "
+                     "terms this part is {}, but the scatter is that of the specification",
+                     length(shares.map_residual), length(shares.specified_residual),
+                     ratio > 1 ? "rougher" : "smoother (or the map does not resolve it)")});
 }
 
 // Radius [m] that holds all but law::kUnseenLight of the energy of the terms, by rays.
@@ -202,11 +201,11 @@ void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result) {
   result->band.shares->map_residual = result->map.fit->rms_residual;
   warn_of_band(band, *result->band.shares, &result->warnings);
   tell_spread(of, result);
-  warn_of_spread("this part, not for any other of the same specification", result);
+  warn_of_spread("this part, not for others of the same specification", result);
   ask_perfect_mirror(of, result);
   tell_scatter_of_rest(of, result);
   if (result->fitted.fit.status != FitStatus::kConverged) return;
-  of.context.say("light");
+  of.context.say("judging by wave optics");
   const LightJudgement light = judge_in_light(of, result->fitted.terms, result->fitted.fit.coefficients,
                                               &result->warnings, reach_of(of, *result));
   result->fitted.rays = focus_pupil(of.task, FocusModel::kWaves, {}, part_pitch(of, *result)).size();
@@ -214,7 +213,7 @@ void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result) {
   result->judgement.metrics = light.metrics;
   result->scene.spread.tell(&result->judgement.metrics);
   if (light.metrics.empty()) {
-    result->judgement.light = light;  // with the reason for the missing result
+    result->judgement.light = light;  // it holds the reason for the missing result
     return;
   }
   result->fitted.values.resize(Eigen::Index(result->fitted.targets.size()));

@@ -60,7 +60,7 @@ Scene scene_of(const Task& task, const Groundwork& ground, const TermSet& terms,
   const Task& at = scene.task;
   if (const auto* annulus = std::get_if<AnnulusAperture>(&at.aperture);
       annulus && !(annulus->inner_diameter < 0.9 * annulus->diameter))
-    throw ComputationError("the hole leaves nothing of such a stop");
+    throw ComputationError("the central hole is larger than such a stop");
   const RadialPsd psd = ground.psd->scaled(ground.prior_height_factor);
   const auto whole =
       std::make_shared<const GeneralisedHarveyShack>(psd, at.mirror, at.aperture, at.wavelength);
@@ -77,8 +77,8 @@ Scene scene_of(const Task& task, const Groundwork& ground, const TermSet& terms,
   }
   scene.pitch = wave_pitch(at, terms, scene.targets, scene.split.get(), 2);
   if (const double cells = 2 * aperture_radius(at.aperture) / scene.pitch; !(cells <= law::kMostCells / 2))
-    throw ComputationError(
-        fmt::format("it would need a grid of {:.0f} cells across, more than {}", cells, law::kMostCells / 2));
+    throw ComputationError(fmt::format("it would need a grid of {:.0f} points across, more than {}", cells,
+                                       law::kMostCells / 2));
   return scene;
 }
 

@@ -26,7 +26,7 @@ void mind_theory(const Task& task, const RadialPsd& psd, PhysicsChoice* use) {
 }
 
 bool is_of_light_alone(const StatisticRequest& request) {
-  return request.name != "ring_profile" && !kind_of_key(request.name).in_rays;
+  return request.name != "ring_profile" && !kind_of_key(request.name).in_rays();
 }
 
 // The first requested statistic that only wave optics has; null: none.
@@ -41,15 +41,15 @@ void refuse_without_waves(const Task& task, const PhysicsRequest& asked, const s
   if (!request) return;
   const std::string field = "target.statistics." + request->name;
   if (asked.theory && *asked.theory != Theory::kGhs)
-    throw FieldError(field, "a statistic of light with theory \"" + to_string(*asked.theory) + "\"",
+    throw FieldError(field, "a wave-optics statistic with theory \"" + to_string(*asked.theory) + "\"",
                      "theory \"auto\" or \"ghs\"; or ee radii");
   if (asked.model == FocusModel::kRays)
-    throw FieldError(field, "a statistic of light with trace model \"rays\"",
+    throw FieldError(field, "a wave-optics statistic with trace model \"rays\"",
                      "trace model \"auto\" or \"waves\"; or ee radii");
   if (task.target.convention == Convention::kPaper || !obstacle.empty())
     throw FieldError(field,
-                     "a statistic of light, but " +
-                         (obstacle.empty() ? "convention \"paper\" is a rule for rays alone" : obstacle),
+                     "a wave-optics statistic, but " +
+                         (obstacle.empty() ? "convention \"paper\" is a rule for rays only" : obstacle),
                      "ee radii");
 }
 
@@ -58,26 +58,25 @@ void check_named(const Task& task, const PhysicsRequest& asked, const std::strin
   const bool ghs = asked.theory == Theory::kGhs, waves = asked.model == FocusModel::kWaves;
   const bool paper = task.target.convention == Convention::kPaper;
   if (ghs && paper)
-    throw FieldError("target.theory", "\"ghs\" with convention \"paper\", a rule for rays alone",
+    throw FieldError("target.theory", "\"ghs\" with convention \"paper\", a rule for rays only",
                      "\"auto\", \"geometric\", \"rays\"; or convention \"physical\"");
   if (ghs && !obstacle.empty())
     throw FieldError("target.theory", "\"ghs\", but " + obstacle, "\"auto\", \"geometric\", \"rays\"");
   if (asked.theory == Theory::kGeometric && !is_rotationally_symmetric(task.mirror))
-    throw FieldError("target.theory",
-                     "\"geometric\", a closed form for mirrors of revolution, but mirror.zernike has "
-                     "terms with m != 0",
-                     "\"rays\", the same theory by drawn deflections; \"auto\"");
+    throw FieldError(
+        "target.theory",
+        "\"geometric\", a closed form for mirrors of revolution, but mirror.zernike has terms with m != 0",
+        "\"rays\", the same theory by random deflections; or \"auto\"");
   if (has_segment_errors(task.aperture)) {
     const std::string allowed = "\"auto\" or \"ghs\"; or segments without `piston` and `tip_tilt`";
     if (asked.theory && !ghs)
-      throw FieldError("target.theory", "\"" + to_string(*asked.theory) + "\" with segments that err",
-                       allowed);
+      throw FieldError("target.theory", "\"" + to_string(*asked.theory) + "\" with segment errors", allowed);
     if (asked.model == FocusModel::kRays)
-      throw FieldError("trace.model", "\"rays\" with segments that err", "\"auto\" or \"waves\"");
+      throw FieldError("trace.model", "\"rays\" with segment errors", "\"auto\" or \"waves\"");
     if (paper || !obstacle.empty())
       throw FieldError(
           "aperture.piston",
-          "segments that err, but " + (paper ? "convention \"paper\" is a rule for rays alone" : obstacle),
+          "segment errors, but " + (paper ? "convention \"paper\" is a rule for rays only" : obstacle),
           "segments without `piston` and `tip_tilt`");
   }
   if (waves && !obstacle.empty())
@@ -120,12 +119,12 @@ PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, cons
     use.theory = *asked.theory;
   } else if (use.choice && (paper || !use.obstacle.empty())) {
     if (use.choice->model != FocusModel::kRays)
-      use.warnings.push_back({"theory-fallback", paper ? "convention `paper` is a rule for rays and has no "
-                                                         "wave counterpart: targets and surface stay "
-                                                         "geometric, although the scene needs more"
-                                                       : "the scene needs more than geometric rays, but " +
-                                                             use.obstacle +
-                                                             ": targets and surface stay geometric"});
+      use.warnings.push_back(
+          {"theory-fallback", paper
+                                  ? "convention `paper` is a rule for rays and has no wave counterpart. "
+                                    "Targets and surface stay geometric, although the scene needs wave optics"
+                                  : "the scene needs wave optics, but " + use.obstacle +
+                                        "; targets and surface stay geometric"});
   } else if (use.choice) {
     use.theory = Theory::kGhs;
   }
@@ -153,10 +152,10 @@ Task seen_by_rays(Task task) {
 
 void refuse_without_rays(const std::string& model, const std::vector<Statistic>& statistics) {
   for (const Statistic& statistic : statistics)
-    if (!kind_of(statistic).in_waves)
+    if (!kind_of(statistic).in_waves())
       throw FieldError(
-          "target.statistics." + kind_of(statistic).key,
-          "an RMS radius with model \"" + model + "\": diffraction at the edge makes it infinite",
+          "target.statistics." + std::string(kind_of(statistic).key),
+          "an RMS radius with model \"" + model + "\", where diffraction at the edge makes it infinite",
           "ee radii; or theory \"geometric\" and trace model \"rays\"");
 }
 

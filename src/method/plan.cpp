@@ -80,7 +80,8 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
     } else if (ground.term_psd) {
       n_max = std::min(order_to_carry(ground.radius, band_end(*ground.term_psd)), law::kLargestOrder);
     } else {
-      throw FieldError("terms.zernike.n_max", "nothing", "an order: without roughness there is no default");
+      throw FieldError("terms.zernike.n_max", "nothing",
+                       "a radial order, which has no default without roughness");
     }
     terms.zernike = zernike_modes(spec.n_min, n_max);
     covered_to = zernike_cutoff(n_max, ground.radius);
@@ -91,10 +92,11 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
   if (asked.fourier) {
     if (!ground.term_psd)
       throw FieldError("terms.fourier", "Fourier terms without roughness",
-                       "a roughness block: its band places them");
+                       "a roughness block, whose band places them");
     const double low = std::max(covered_to, ground.term_psd->f_min());
     if (!(low < ground.term_psd->f_max()))
-      throw FieldError("terms.fourier", fmt::format("no band left above the Zernikes' {:.4g} /m", covered_to),
+      throw FieldError("terms.fourier",
+                       fmt::format("no band above the end of the Zernikes at {:.4g} /m", covered_to),
                        "a smaller n_max, or no Fourier terms");
     const RadialPsd band = ground.term_psd->band(low, ground.term_psd->f_max());
     if (asked.fourier->sampling == FourierSampling::kGrid) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "aberfit/core/errors.h"
@@ -15,7 +14,7 @@
 
 namespace aberfit {
 double plane_reach(const Target& target) {
-  if (std::holds_alternative<RingFwhm>(target.statistic)) return 0.5 * law::kReach * target.value;
+  if (kind_of(target.statistic).plane == FocalPlane::kThrough) return 0.5 * law::kReach * target.value;
   return std::abs(plane_of_light(target.statistic).value_or(0));
 }
 
@@ -27,7 +26,7 @@ struct PlanesSeen {
 
   void add(const Target& target) {
     const double dz = plane_of_light(target.statistic).value_or(0), around = plane_reach(target);
-    const bool both = std::holds_alternative<RingFwhm>(target.statistic);
+    const bool both = kind_of(target.statistic).plane == FocalPlane::kThrough;
     nearest = std::min(nearest, both ? -around : dz);
     farthest = std::max(farthest, both ? around : dz);
   }
@@ -51,9 +50,9 @@ double pitch_for_light(const Task& task, double radius, const PlanesSeen& planes
 std::string what_asks_for(double radius, const PlanesSeen& planes) {
   const std::string out =
       fmt::format("planes up to {} out of focus", format_quantity(planes.reach(), Dimension::kLength));
-  if (radius == 0) return out + " ask for it";
-  return fmt::format("light {} from the axis, in {}, asks for it",
-                     format_quantity(radius, Dimension::kLength), out);
+  if (radius == 0) return out + " need it";
+  return fmt::format("energy {} from the axis, in {}, needs it", format_quantity(radius, Dimension::kLength),
+                     out);
 }
 
 }  // namespace
@@ -63,21 +62,17 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   double radius = 0;
   PlanesSeen planes;
   for (const Target& target : targets) {
-    if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
-      if (ee->dz == 0) radius = std::max(radius, law::kReach * target.value);
-    } else if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) {
-      radius = std::max(radius, law::kReach * ring->ring_radius);
-    } else if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic)) {
-      radius = std::max(radius, law::kReach * square->side / std::numbers::sqrt2);
-    } else if (split && !kind_of(target.statistic).in_rays) {
-      radius = std::max(radius, law::kReach * split->low_reach());  // of all energy that terms move
-    }
+    const double deciding = deciding_radius(target.statistic, target.value);
+    if (std::isfinite(deciding))
+      radius = std::max(radius, law::kReach * deciding);
+    else if (split)
+      radius = std::max(radius, law::kReach * split->low_reach());  // radius of all energy that terms move
     planes.add(target);
   }
   if (split) radius = std::min(radius, law::kReach * split->low_reach());
   radius = std::max(radius, law::kReach * least_reach);
   const double for_light = coarsening * pitch_for_light(task, radius, planes);
-  double highest = 0;  // of the terms [cycles/m]
+  double highest = 0;  // highest frequency of the terms [cycles/m]
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
     highest = std::max(highest, zernike_cutoff(terms.zernike.back().n, terms.radius));
@@ -91,9 +86,10 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   const double cells = 2 * aperture_radius(task.aperture) / pitch;
   if (!(cells <= kMostCells))
     throw ComputationError(fmt::format(
-        "waves would need a grid of {:.0f} cells across the aperture, more than {}: {}", cells, kMostCells,
+        "wave optics would need a grid of {:.0f} points across the aperture, more than {}: {}", cells,
+        kMostCells,
         for_terms < for_light
-            ? fmt::format("terms of up to {:.4g} cycles/m ask for it; take fewer", highest)
+            ? fmt::format("terms of up to {:.4g} cycles/m need it; take fewer", highest)
             : what_asks_for(radius, planes) +
                   "; take smaller fractions, rings or planes, or `\"model\": \"rays\"` in `trace`"));
   return pitch;

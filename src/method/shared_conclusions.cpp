@@ -14,10 +14,11 @@ void ask_perfect_mirror(const FitCase& of, FitOutcome* result) {
   if (result->judgement.perfect && result->judgement.perfect->mismatch < 1)
     result->warnings.push_back(
         {"margin-sees-nothing",
-         fmt::format("the perfect mirror would pass, too: its worst statistic, {}, is {:.2g} of a tolerance "
-                     "away, so a margin of {:.3g} % cannot see this roughness; take a smaller margin",
-                     result->judgement.perfect->statistic, result->judgement.perfect->mismatch,
-                     100 * of.task.equivalence.margin)});
+         fmt::format(
+             "the perfect mirror would also pass: its worst statistic, {}, is only {:.2g} tolerances from "
+             "the target. A margin of {:.3g} % cannot detect this roughness; take a smaller margin",
+             result->judgement.perfect->statistic, result->judgement.perfect->mismatch,
+             100 * of.task.equivalence.margin)});
 }
 
 void tell_spread(const FitCase& of, FitOutcome* result) {
@@ -31,9 +32,9 @@ void warn_of_spread(const std::string& holds_for, FitOutcome* result) {
   if (!worst || !(worst->tolerances > 1)) return;
   result->warnings.push_back(
       {"realisation-spread",
-       fmt::format("mirrors of this specification differ by {}, one standard deviation, the most of all that "
-                   "is judged: the verdict holds for {}",
-                   spread_words(*worst), holds_for)});
+       fmt::format(
+           "mirrors of this specification vary by up to {}, one standard deviation; the verdict holds for {}",
+           spread_words(*worst), holds_for)});
 }
 
 void tell_scatter_of_rest(const FitCase& of, FitOutcome* result) {

@@ -75,7 +75,7 @@ SpectrumTarget make_spectrum_target(const Task& task, const Groundwork& ground, 
   if (asked.method == "closed-form") {
     if (!terms.fourier.empty() || !terms.spherical.empty())
       throw FieldError("target.psd.method", "\"closed-form\" with Fourier or spherical terms",
-                       "\"estimator\": the closed form is for Zernikes");
+                       "\"estimator\", because the closed form is for Zernikes");
     const int bins = std::max(1, int(std::lround(std::log10(f_max / f_min) * asked.bins_per_decade)));
     const Eigen::ArrayXd edges = Eigen::ArrayXd::LinSpaced(bins + 1, std::log(f_min), std::log(f_max)).exp();
     target.low = edges.head(bins);

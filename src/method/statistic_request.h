@@ -22,8 +22,4 @@ using RingOf = std::function<double(double fraction)>;
 /// The statistics of one entry of target.statistics, in its order. focal_sigma: of the theory's spot [m].
 std::vector<Wanted> wanted_by(const StatisticRequest& request, const RingOf& ring_of, double focal_sigma);
 
-/// Standard deviation [m] per axis of a round Gaussian spot with the value of this request; absent where the
-/// value does not determine a size. focal_length: [m].
-std::optional<double> spot_sigma(const StatisticRequest& request, double focal_length);
-
 }  // namespace aberfit::internal

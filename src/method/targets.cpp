@@ -71,17 +71,16 @@ bool has_few_modes(const Groundwork& ground) {
 void warn_of_few_modes(const Groundwork& ground, bool default_set, TargetSets* sets) {
   if (!has_few_modes(ground)) return;
   const auto& fitted = sets->fitted;
-  const bool moments = std::any_of(fitted.begin(), fitted.end(),
-                                   [](const Target& target) { return kind_of(target.statistic).is_moment; });
+  const bool moments = std::any_of(fitted.begin(), fitted.end(), [](const Target& target) {
+    return kind_of(target.statistic).is_moment();
+  });
   if (!default_set && !moments) return;
   sets->warnings.push_back(
-      {"few-modes",
-       fmt::format(
-           "{:.2g} modes carry the roughness (N_eff): the mean light of such mirrors is not the light "
-           "of a mirror of their mean height and slope, and one surface cannot have both; {}",
-           ground.numbers.n_eff,
-           default_set ? "light alone is judged by default"
-                       : "ask for shares of the light alone, or for a band of more modes")});
+      {"few-modes", fmt::format("only {:.2g} modes carry the roughness (N_eff). Then one surface cannot have "
+                                "both the mean PSF of such mirrors and their mean height and slope; {}",
+                                ground.numbers.n_eff,
+                                default_set ? "by default only the PSF is judged"
+                                            : "request only encircled energies, or a band of more modes")});
 }
 
 Planes default_planes(const Groundwork& ground) {
@@ -274,8 +273,8 @@ Predicted predict_curves(const Groundwork& ground, const std::vector<Statistic>&
 [[noreturn]] void refuse_without_focus(const std::string& statistic, const Groundwork& ground) {
   const bool by_diffraction = ground.numbers.airy_ee90 > ground.focal_sigma;
   throw ComputationError(
-      fmt::format("the theory has no value for {}: with an RMS slope of {:.3g} per axis and an Airy ee90 of "
-                  "{} there is no focus to speak of; check {}",
+      fmt::format("the theory has no value for {}. With an RMS slope of {:.3g} per axis and an Airy ee90 of "
+                  "{} there is no real focus; check {}",
                   statistic, ground.numbers.rms_slope_per_axis,
                   format_quantity(ground.numbers.airy_ee90, Dimension::kLength),
                   by_diffraction ? "the aperture, its smaller side, and the wavelength"
@@ -310,32 +309,30 @@ void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std:
     }
     const double least = perfect->encircled_energy_radius(ee->fraction, 0);
     if (*one.value < (1 - law::kNoteworthy) * least)
-      sharp.push_back(fmt::format("{} of {} (the perfect mirror: {})", statistic_name(one.statistic),
+      sharp.push_back(fmt::format("{} = {} (the perfect mirror: {})", statistic_name(one.statistic),
                                   format_quantity(*one.value, Dimension::kLength),
                                   format_quantity(least, Dimension::kLength)));
   }
   if (sharp.empty()) return;
   sets->warnings.push_back(
-      {"below-diffraction", fmt::format("no mirror of this aperture and wavelength focuses as sharply as {}",
-                                        fmt::join(sharp, ", "))});
+      {"below-diffraction",
+       fmt::format("no mirror of this aperture and wavelength can have {}", fmt::join(sharp, ", "))});
 }
 
 // Returns why the default planes end where they do, as a clause; empty where another warning explains it.
 std::string why_no_farther(const Groundwork& ground) {
   if (ground.default_unit() < ground.plane_unit())
-    return fmt::format(", beyond which light by waves takes more than {} cells across", law::kMostCells);
-  return ground.is_deep() ? "" : ", where the cone of light becomes as wide as the scatter";
+    return fmt::format(", because wave optics farther out needs more than {} grid points across",
+                       law::kMostCells);
+  return ground.is_deep() ? "" : ", where the cone of rays becomes as wide as the scatter";
 }
 
 void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* sets) {
   sets->warnings.push_back(
-      {"near-planes",
-       fmt::format(
-           "default statistics of a spot without a core are of planes within {} of the focus{}; farther out "
-           "nothing holds the surface: name planes in `target.statistics` to have them, beside all else that "
-           "is "
-           "wanted",
-           format_quantity(reach, Dimension::kLength), why_no_farther(ground))});
+      {"near-planes", fmt::format("the spot has no core, so the default statistics are of planes within {} "
+                                  "of the focus{}. Farther out the surface is not controlled. To add planes, "
+                                  "name all wanted statistics in `target.statistics`",
+                                  format_quantity(reach, Dimension::kLength), why_no_farther(ground))});
 }
 
 // Removes default rings that cannot be computed: without a core, their irradiance falls to half beyond the
@@ -356,12 +353,13 @@ void leave_out_rings(const Task& task, const Groundwork& ground, double reach, b
       sets->warnings.push_back(
           {"target-missing",
            fmt::format(
-               "the light of {} falls to half {} out of focus, {}: left out of the default statistics",
+               "the energy of {} falls to half {} out of focus, {}, so it is left out of the default "
+               "statistics",
                statistic_name(target.statistic), format_quantity(0.5 * target.value, Dimension::kLength),
                plane_reach(target) > by_cells
-                   ? fmt::format("where light by waves takes more than {} cells across", law::kMostCells)
-                   : "beyond the planes of a spot without a core; name it in `target.statistics` to "
-                     "have it, beside all else that is wanted")});
+                   ? fmt::format("where wave optics needs more than {} grid points across", law::kMostCells)
+                   : "beyond the default planes of a spot without a core (to have it, name all wanted "
+                     "statistics in `target.statistics`)")});
   std::erase_if(sets->fitted, far_out);
 }
 
@@ -453,18 +451,17 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   if (default_set && !ground.has_core()) warn_of_near_planes(ground, planes.reach, &sets);
   leave_out_rings(task, ground, planes.reach, default_set, &sets);
   if (!without_value.empty())
-    sets.warnings.push_back({"target-missing", fmt::format("the theory has no value for {}: left out of the "
-                                                           "default statistics",
-                                                           fmt::join(without_value, ", "))});
+    sets.warnings.push_back(
+        {"target-missing",
+         fmt::format("the default statistics leave out {}, for which the theory has no value",
+                     fmt::join(without_value, ", "))});
   warn_of_few_modes(ground, default_set, &sets);
   warn_of_sharp_values(task, ground, wanted, &sets);
   if (default_set && in_halo(ground, RingFwhm{}.ring_fraction))
     sets.warnings.push_back(
-        {"target-missing",
-         fmt::format(
-             "the ring of {} is one of scattered light, which fades far out of focus: left out of the "
-             "default statistics",
-             statistic_name(RingFwhm{}))});
+        {"target-missing", fmt::format("the ring of {} holds scattered energy, which falls off only far out "
+                                       "of focus, so it is left out of the default statistics",
+                                       statistic_name(RingFwhm{}))});
   return sets;
 }
 

@@ -66,14 +66,14 @@ GhsPupil pupil_of_task(const Task& task) { return {task.mirror, task.aperture, t
 
 TheoryValues theory_values(const Task& task, const std::function<GhsPupil(const Task&)>& pupil_of) {
   if (!task.psd)
-    throw FieldError("roughness", "nothing", "a roughness block, of which theory says what the light does");
+    throw FieldError("roughness", "nothing", "a roughness block, from which theory predicts the statistics");
   TheoryValues values;
   values.warnings = task.data_warnings;
   const RadialPsd psd(*task.psd);
   values.numbers = scene_numbers(psd, task.mirror, task.aperture, task.wavelength);
   if (!std::isfinite(values.numbers.rms_slope_per_axis))
     throw FieldError("roughness.psd", "a PSD whose slope variance is infinite",
-                     "a band limit f_max: rays need a finite slope");
+                     "a band limit f_max, because rays need a finite slope");
   const Theory theory = theory_of_targets(task, psd);
   if (theory == Theory::kRays) {
     predict_as_targets(task, &values);
@@ -99,7 +99,7 @@ TheoryValues theory_values(const Task& task, const std::function<GhsPupil(const 
     const double value = one.value ? *one.value : predicted[next++];
     if (!std::isfinite(value))
       throw ComputationError("the theory has no value for " + statistic_name(one.statistic) +
-                             ": there is no focus to speak of");
+                             ", because there is no real focus");
     values.statistics.emplace_back(one.statistic, value);
   }
   return values;

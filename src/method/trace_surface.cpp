@@ -52,14 +52,13 @@ std::optional<Warning> central_difference_warning(const Task& task, const PupilS
     return std::sqrt((pupil.weight * (x.square() + y.square())).sum() / pupil.weight.sum());
   };
   const double error = rms(seen.slope_x - field.slope_x, seen.slope_y - field.slope_y);
-  return Warning{
-      "central-difference",
-      fmt::format(
-          "normals by central differences of {}: a hidden low-pass filter (PHYSICS 8), whose slopes are "
-          "{} off those of this surface, {} of their RMS; leave `trace.normals` out for analytic ones",
-          format_quantity(*task.trace.central_difference_step, Dimension::kLength),
-          format_quantity(error, Dimension::kAngle),
-          format_percent(error / rms(field.slope_x, field.slope_y)))};
+  return Warning{"central-difference",
+                 fmt::format("normals by central differences of {} are a hidden low-pass filter (PHYSICS 8). "
+                             "Their slopes differ by {} from those of this surface, {} of the RMS slope. "
+                             "Leave `trace.normals` out for analytic ones",
+                             format_quantity(*task.trace.central_difference_step, Dimension::kLength),
+                             format_quantity(error, Dimension::kAngle),
+                             format_percent(error / rms(field.slope_x, field.slope_y)))};
 }
 
 namespace {

@@ -122,13 +122,12 @@ std::optional<Warning> warn_of_missing_terms(const Groundwork& ground, const Ter
   const double slopes = radial_moment(*ground.term_psd, 2, end) / radial_moment(*ground.term_psd, 2);
   return Warning{
       "truncated-terms",
-      fmt::format(
-          "the band that is compared asks for Zernikes to n = {}, the terms end at {}: beyond {} they "
-          "leave out {} of the slope variance, which no number of draws makes up for; {}",
-          needed, order, format_quantity(end, Dimension::kSpatialFrequency), format_percent(slopes),
-          needed <= law::kLargestOrder ? "name no `n_max`, and they carry it"
-                                       : "a larger `n_max` takes minutes; a lower f_max, or `fit`, "
-                                         "where the rest is scatter")};
+      fmt::format("the compared band needs Zernikes to n = {}, but the terms end at {}. Beyond {} they leave "
+                  "out {} of the slope variance, which more realisations do not cure; {}",
+                  needed, order, format_quantity(end, Dimension::kSpatialFrequency), format_percent(slopes),
+                  needed <= law::kLargestOrder ? "leave `n_max` out, and the terms carry the whole band"
+                                               : "take a larger `n_max` (which takes minutes), a lower "
+                                                 "f_max, or `fit`, where the rest is scatter")};
 }
 
 Warnings verify_warnings(const Groundwork& ground, const TermPlan& plan, const VerifyReport& report) {
@@ -136,16 +135,15 @@ Warnings verify_warnings(const Groundwork& ground, const TermPlan& plan, const V
   const std::optional<Warning> missing = warn_of_missing_terms(ground, plan);
   if (missing) warnings.push_back(*missing);
   if (report.rays_decide && ground.use.choice->model != FocusModel::kRays)
-    warnings.push_back({"rays-not-valid", ground.use.reason +
-                                              " The verdict here is one of rays: their "
-                                              "agreement says nothing of the focus in light."});
+    warnings.push_back({"rays-not-valid",
+                        ground.use.reason +
+                            " The verdict here is by rays; it says nothing about the focus by wave optics."});
   if (!report.light_obstacle.empty())
-    warnings.push_back({"no-light", "light is not shown: " + report.light_obstacle});
+    warnings.push_back({"no-light", "wave optics is not shown: " + report.light_obstacle});
   if (report.draws > 0 && !missing && report.verdict == Verdict::kUndecided)
-    warnings.push_back(
-        {"few-draws", fmt::format("the means of {} draws do not decide at this margin; more of "
-                                  "them do (`draws` in `verify`), or a wider margin",
-                                  report.draws)});
+    warnings.push_back({"few-draws", fmt::format("the means of {} realisations do not decide at this margin; "
+                                                 "use more (`draws` in `verify`) or a wider margin",
+                                                 report.draws)});
   return warnings;
 }
 

@@ -76,7 +76,7 @@ Eigen::VectorXd drawn(const Ensemble& ensemble, std::uint64_t draw) {
 struct LightRow {
   Target target;
   std::vector<std::size_t> shares;  // indices: one, or for a ring those below, in and above its peak
-  double rise = 0, fall = 0;        // of a ring: |dN/dz| at its two ends over N at its peak [1/m]
+  double rise = 0, fall = 0;        // ring: |dN/dz| at its two ends over N at its peak [1/m]
 };
 struct LightPlan {
   std::vector<LightRow> rows;

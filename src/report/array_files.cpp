@@ -1,4 +1,4 @@
-// The arrays of the focus in the formats that others read.
+// This file writes the arrays of the focus in formats of other programs.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 using Files = std::vector<std::pair<std::string, std::string>>;
 
-// Both lights, each with its word in names, where they are there.
+// Calls `use` for theory and surface if present, each with its word for file names.
 void for_each_light(const FocusArrays& arrays,
                     const std::function<void(const std::string&, const LightArrays&)>& use) {
   if (arrays.theory) use("theory", *arrays.theory);
@@ -33,13 +33,13 @@ Eigen::ArrayXd ring_radius(const FocusArrays& arrays) {
   return 0.5 * (arrays.radius.head(rings) + arrays.radius.tail(rings));
 }
 
-// Frequencies along x and y of the surface's OTF, negative ones too.
+// Positive and negative frequencies along x and y of the surface's OTF.
 Eigen::ArrayXd both_ways(const TransferImage& otf) {
   const auto last = double(otf.middle);
   return otf.step * Eigen::ArrayXd::LinSpaced(2 * otf.middle + 1, -last, last);
 }
 
-// Moduli from frequency 0 on, named by their axis.
+// Moduli from frequency 0 on, with the names of their axes.
 std::vector<std::pair<std::string, Eigen::ArrayXd>> moduli(const TransferImage& otf) {
   const Eigen::Index m = otf.middle;
   return {{"surface_x", otf.value.row(m).tail(m + 1).abs().transpose()},
@@ -96,7 +96,7 @@ std::string columns_csv(const std::string& comment, const Columns& columns) {
   return text;
 }
 
-// A square image on `axis` in both directions.
+// A square image with `axis` in both directions.
 std::string image_csv(const std::string& comment, const std::string& axes, const Eigen::ArrayXd& axis,
                       const Eigen::ArrayXXd& values) {
   std::string text = fmt::format(
@@ -108,7 +108,7 @@ std::string image_csv(const std::string& comment, const std::string& axes, const
   return text;
 }
 
-// Planes by values, as two columns and what `values` has of each light.
+// Columns of plane and `along`, and of `values` for theory and surface.
 Columns by_plane(const FocusArrays& arrays, const Eigen::ArrayXd& along, const std::string& suffix,
                  Eigen::ArrayXXd LightArrays::*values) {
   const Eigen::Index planes = arrays.plane.size(), each = along.size();
@@ -122,16 +122,17 @@ Columns by_plane(const FocusArrays& arrays, const Eigen::ArrayXd& along, const s
 }
 
 Files csv_files(const FocusArrays& arrays) {
-  Files files = {{"arrays/encircled_energy.csv",
-                  columns_csv("share of the light within the radius, planes dz from z = f",
-                              by_plane(arrays, arrays.radius, "", &LightArrays::encircled_energy))},
-                 {"arrays/ring_profile.csv",
-                  columns_csv("mean irradiance of rings, share of the light per m^2, at the middle of each",
-                              by_plane(arrays, ring_radius(arrays), "_per_m2", &LightArrays::ring_profile))}};
+  Files files = {
+      {"arrays/encircled_energy.csv",
+       columns_csv("fraction of the energy within the radius, in planes dz from z = f",
+                   by_plane(arrays, arrays.radius, "", &LightArrays::encircled_energy))},
+      {"arrays/ring_profile.csv",
+       columns_csv("mean irradiance of rings, as fraction of the energy per m^2, at the middle of each",
+                   by_plane(arrays, ring_radius(arrays), "_per_m2", &LightArrays::ring_profile))}};
   for_each_light(arrays, [&](const std::string& whose, const LightArrays& light) {
     files.emplace_back(
         "arrays/psf_" + whose + ".csv",
-        image_csv("mean irradiance of pixels at z = f, share of the light per m^2, of the " + whose,
+        image_csv("mean irradiance of pixels at z = f, as fraction of the energy per m^2, of the " + whose,
                   "centres [m]", arrays.pixel, light.psf));
   });
   Columns mtf = {{"frequency_per_m", arrays.frequency}};
@@ -155,8 +156,8 @@ Files csv_files(const FocusArrays& arrays) {
 
 constexpr double kArcsecPerRadian = 180 * 3600 / kPi;
 
-// What every file says of the scene. Names as POPPY has them (its page "FITS header keywords") where it has
-// one.
+// Header cards for the scene in every file. Names are those of POPPY (its page "FITS header keywords") where
+// it has one.
 std::vector<FitsCard> scene_cards(const FocusArrays& arrays, const std::string& light) {
   return {{"ORIGIN", std::string("aberfit"), ""},
           {"OBJECT", one_line(arrays.title, 68), ""},
@@ -184,8 +185,8 @@ FitsImageUnit psf_unit(const FocusArrays& arrays, const std::string& whose, cons
   const double arcsec = pixel / arrays.focal_length * kArcsecPerRadian;
   const Eigen::Index count = arrays.pixel.size();
   FitsImageUnit image{"", light.psf, scene_cards(arrays, whose)};
-  image.cards.push_back({"BUNIT", std::string("m-2"), "share of the light per area"});
-  image.cards.push_back({"PIXAREA", pixel * pixel, "[m2] sum(image) PIXAREA: light inside"});
+  image.cards.push_back({"BUNIT", std::string("m-2"), "fraction of energy per area"});
+  image.cards.push_back({"PIXAREA", pixel * pixel, "[m2] sum(image) PIXAREA: energy inside"});
   image.cards.push_back({"PIXELSCL", arcsec, "[arcsec] per pixel, on the sky"});
   image.cards.push_back({"PIXUNIT", std::string("arcsecond"), "of PIXELSCL"});
   image.cards.push_back({"FOV", arcsec * double(count), "[arcsec] of the whole image"});

@@ -14,12 +14,12 @@ namespace {
 
 constexpr int kRadii = 501;
 constexpr int kFewestPixels = 129, kMostPixels = 513;  // odd, so that the centre is a pixel
-constexpr int kFrequencies = 256;                      // of theory alone, up to lambda f/D
+constexpr int kFrequencies = 256;                      // for theory alone, up to the cutoff
 
-// Pixels a side of a window: small enough for Nyquist where light diffracts, wide enough to count rays.
+// Pixels per side of a window: fine enough for Nyquist in wave optics, coarse enough to count rays.
 int pixels_of(const ArrayInput& input, double half_width) {
   const bool counted =
-      std::isfinite((input.surface ? input.surface : input.theory)->sample_size());  // points at random
+      std::isfinite((input.surface ? input.surface : input.theory)->sample_size());  // random points
   if (counted) return kFewestPixels;
   const double nyquist =
       0.5 * input.wavelength * input.mirror.focal_length / (2 * aperture_radius(input.aperture));
@@ -77,7 +77,7 @@ FocusArrays make_focus_arrays(const ArrayInput& input) {
   if (input.theory) arrays.theory = of_light(*input.theory, arrays);
   if (input.surface) arrays.surface = of_light(*input.surface, arrays);
   if (input.surface) arrays.surface->otf = input.surface->transfer();
-  // The axis of the surface's OTF where there is one, so that the two can be compared.
+  // Theory uses the axis of the surface's OTF if there is one, so that the two can be compared.
   const double cutoff = arrays.diameter / (input.wavelength * input.mirror.focal_length);
   Eigen::ArrayXd frequency = Eigen::ArrayXd::LinSpaced(kFrequencies + 1, 0.0, cutoff);
   if (arrays.surface && arrays.surface->otf) {

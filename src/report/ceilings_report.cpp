@@ -16,10 +16,10 @@ using namespace internal;
 
 namespace {
 
-constexpr double kSquareNanometreMillimetre = 1e-21;  // [m^3], what drawings carry
+constexpr double kSquareNanometreMillimetre = 1e-21;  // [m^3], unit of drawings
 constexpr double kPerMillimetre = 1000;
 
-// Fields of a table, in the units of drawings.
+// These functions give the fields of a table in the units of drawings.
 std::string rms_text(double rms) { return std::isfinite(rms) ? metres_text(rms) : "any"; }
 std::string level_text(double level) {
   return std::isfinite(level) ? fmt::format("{:.4g}", level / kSquareNanometreMillimetre) : "any";
@@ -28,7 +28,7 @@ std::string binding_text(const Ceilings& ceilings, double rms, std::size_t bindi
   return std::isfinite(rms) ? ceilings.budgets[binding].key : "-";
 }
 
-// Of what has a height: from the least to the most.
+// Range from the smallest to the largest finite RMS height.
 template <typename Items>
 std::string range_text(const Items& items) {
   double least = kInfinity, most = 0;
@@ -43,9 +43,9 @@ std::string range_text(const Items& items) {
 
 void add_octaves(Page* page, const Ceilings& ceilings) {
   Page::Table table{
-      "The most in one octave if there were no roughness in any other, as RMS height and as a "
-      "level of one-sided profile PSD over it. Two of these cannot be reached together.",
-      {"f [1/mm]", "cycles across", "RMS", "PSD [nm^2 mm]", "what ends it"},
+      "The most roughness that one octave may have if all others are smooth: RMS height, and level of the "
+      "one-sided profile PSD. Two octaves cannot both be at their ceiling.",
+      {"f [1/mm]", "cycles across", "RMS", "PSD [nm^2 mm]", "limited by"},
       "rrrrl"};
   for (const OctaveCeiling& octave : ceilings.octaves)
     table.add({fmt::format("{:.4g}", octave.frequency / kPerMillimetre),
@@ -56,10 +56,9 @@ void add_octaves(Page* page, const Ceilings& ceilings) {
 
 void add_lines(Page* page, const Ceilings& ceilings) {
   Page::Table table{
-      "The largest profile PSD A/f^B, f in 1/mm, over the whole band with nothing beside it "
-      "(the form of ISO 10110-8). All of it may be used up. Headroom: what its nearest octave "
-      "would have for itself, over what the line gives it.",
-      {"B", "A [nm^2 mm]", "RMS", "headroom", "nearest [1/mm]", "what ends it"},
+      "The largest profile PSD A/f^B (as in ISO 10110-8) over the whole band; f is in 1/mm. It may be used "
+      "up completely. Headroom: the ceiling of the nearest octave over the level of the line there.",
+      {"B", "A [nm^2 mm]", "RMS", "headroom", "nearest [1/mm]", "limited by"},
       "rrrrrl"};
   for (const LineCeiling& line : ceilings.lines) {
     const bool known = std::isfinite(line.headroom);
@@ -90,15 +89,15 @@ Page page_of(const Ceilings& ceilings) {
   if (!found) page.advice.push_back(ceilings.reason);
   page.title = ceilings.title;
   page.answers.push_back({"How certain",
-                          "Each ceiling is exact to 1e-11 for the mean light of such mirrors. Two of them "
+                          "Each ceiling is exact to 1e-11 for the mean PSF of such mirrors. Two of them "
                           "cannot be used at once."});
   page.answers.push_back(
       {"What it rests on", to_string(ceilings.theory) == "ghs"
                                ? "Generalised Harvey-Shack for a stationary, isotropic, Gaussian roughness."
                                : "Geometric Harvey-Shack."});
   page.answers.push_back({"What would change it",
-                          "Roughness in other octaves: it uses a part of the same budgets. The lines A/f^B "
-                          "allow for the whole band."});
+                          "Roughness in other octaves uses a part of the same budgets. The lines A/f^B allow "
+                          "for the whole band."});
   page.say("Budget", shown_bounds(ceilings));
   page.say("Theory", fmt::format("{}; plate scale 1/f = {:.5g} arcsec/mm", to_string(ceilings.theory),
                                  1e-3 / ceilings.focal_length / unit_factor("arcsec", Dimension::kAngle)));
@@ -136,7 +135,7 @@ std::vector<DrawnPicture> draw_pictures(const Ceilings& ceilings, const std::str
   Picture picture("ceilings", ceilings.title);
   picture.add_columns(
       "ceilings.dat",
-      {"The most in one octave alone: its middle [1/m], level of one-sided profile PSD [m^3]"},
+      {"Ceiling of each octave alone: its middle [1/m], level of the one-sided profile PSD [m^3]"},
       {array_of(at), array_of(height)});
   picture.set("bounds", shown_bounds(ceilings));
   picture.set("f_axis", log_axis("x", ceilings.f_min / kPerMillimetre, ceilings.f_max / kPerMillimetre));

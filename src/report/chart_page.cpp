@@ -39,26 +39,27 @@ const ChartRow* find(const ChartFamily& family, bool ChartRow::*flag) {
   return at == family.rows.end() ? nullptr : &*at;
 }
 
-// What the rows of a family say together.
+// Conclusion from the rows of a family.
 std::string said_by(const ChartFamily& family, const ChartRow* today, const ChartRow* cheapest) {
   if (!cheapest) {
     const ChartRow* best = best_of(family);
     return best && best->error_of_reference > family.tolerance
-               ? "The reference is not known to the tolerance; more --seconds help."
+               ? "The reference is less exact than the tolerance; a larger --seconds helps."
                : "No setting that was measured meets the tolerance.";
   }
   if (cheapest == today) return "Nothing cheaper meets the tolerance.";
   if (!today) return "";
   return today->error <= family.tolerance
-             ? fmt::format("Today's setting costs {:.3g} times as much.", today->seconds / cheapest->seconds)
-             : "Today's setting does not meet the tolerance.";
+             ? fmt::format("The study's setting takes {:.3g} times as long as the cheapest.",
+                           today->seconds / cheapest->seconds)
+             : "The study's setting does not meet the tolerance.";
 }
 
 void add_family(Page* page, const ChartFamily& family) {
   if (family.rows.empty()) return page->say("", family.title + ": " + family.skipped);
   const ChartRow* today = find(family, &ChartRow::is_default);
   const ChartRow* cheapest = find(family, &ChartRow::is_cheapest_within_tolerance);
-  Page::Table table{fmt::format("{}: {}; against {} ({}); time of {}", family.title, family.error_of,
+  Page::Table table{fmt::format("{}: {}; tolerance {} ({}); time of {}", family.title, family.error_of,
                                 error_text(family.tolerance), family.tolerance_of, family.timed),
                     {"", "setting", "error", "time"},
                     "llrr"};
@@ -73,6 +74,27 @@ void add_family(Page* page, const ChartFamily& family) {
   page->parts.push_back(std::move(table));
 }
 
+// How often the automatic setting is accurate enough, and where it could be faster.
+std::string headline_of(const Chart& chart) {
+  int compared = 0, met = 0;
+  std::string faster;
+  double most = 1;
+  for (const ChartFamily& family : chart.families) {
+    const ChartRow* today = find(family, &ChartRow::is_default);
+    const ChartRow* cheapest = find(family, &ChartRow::is_cheapest_within_tolerance);
+    if (!today) continue;
+    ++compared;
+    met += today->error <= family.tolerance;
+    if (!cheapest || !(today->seconds > most * cheapest->seconds)) continue;
+    most = today->seconds / cheapest->seconds;
+    faster =
+        fmt::format("; in \"{}\" another setting that meets it is {:.2g} times faster", family.title, most);
+  }
+  if (compared == 0) return "";
+  return fmt::format("The automatic setting meets its tolerance in {} of {}{}", met,
+                     plural(compared, "comparison"), faster);
+}
+
 }  // namespace
 
 std::string setting_text(const ChartRow& row) {
@@ -85,12 +107,13 @@ std::string setting_text(const ChartRow& row) {
 Page page_of(const Chart& chart) {
   Page page;
   page.title = chart.title;
+  page.headline = headline_of(chart);
   page.say("Machine", fmt::format("{}, kernels for {}; {:.1f} s of {:.3g} s", plural(chart.threads, "thread"),
                                   chart.instruction_set, chart.seconds, chart.budget_seconds));
   page.answers.push_back({"How certain",
-                          "Times are medians on this machine; errors are those of the family, against a "
-                          "reference whose own error each row gives."});
-  page.answers.push_back({"What it rests on", "The study's own scene: another scene has another chart."});
+                          "Times are medians on this machine. Each error is that against the family's "
+                          "reference; each row gives the reference's own error."});
+  page.answers.push_back({"What it rests on", "It holds for this scene; another scene has another chart."});
   page.answers.push_back(
       {"What would change it", "A larger --seconds gives finer references and more settings."});
   for (const ChartFamily& family : chart.families) add_family(&page, family);

@@ -1,4 +1,4 @@
-// Facts about a study before its fit ("check") and about a given surface ("trace").
+// This file describes the results of "check", a study before its fit, and "trace", a given surface.
 #include "aberfit/method/constants.h"
 #include "facts.h"
 #include "statistic_label.h"
@@ -7,8 +7,8 @@ namespace aberfit::internal {
 
 static void describe(Facts& facts, const CheckedTerms& terms) {
   facts("count", terms.count, "Number of terms that the fit begins with.");
-  facts("captured_fraction", terms.captured, "Share of the height variance that they can carry.");
-  facts("automatic", terms.automatic, "Whether the study leaves them open.");
+  facts("captured_fraction", terms.captured, "Fraction of the height variance that they can carry.");
+  facts("automatic", terms.automatic, "Whether the program chooses the terms.");
   facts("n_max", terms.order > 0 ? std::optional(terms.order) : std::nullopt,
         "Largest n of the Zernikes; null without them.");
   facts.where(terms.segments > 0, "segments", terms.segments, "Segments whose errors are among the terms.");
@@ -17,19 +17,22 @@ static void describe(Facts& facts, const CheckedTerms& terms) {
 static void describe(Facts& facts, const TheoryError& error) {
   facts("paraxial", error.paraxial, "Relative error of radii in the paraxial form, 1/(32 N^2).");
   facts("small_angle", error.small_angle, "Relative error of ee90 by taking sines for tangents.");
-  facts("beyond_ten_degrees", error.beyond_ten_degrees, "Share of the light scattered beyond 10 degrees.");
-  facts("cut_share", error.cut_share, "Share of the height variance above 1/lambda, which does not scatter.");
+  facts("beyond_ten_degrees", error.beyond_ten_degrees,
+        "Fraction of the energy scattered beyond 10 degrees.");
+  facts("cut_share", error.cut_share,
+        "Fraction of the height variance above 1/lambda, which does not scatter.");
 }
 
 static void describe(Facts& facts, const CheckedCells& cells) {
-  facts("fit", cells.fit, "Grid cells across the aperture where the fit begins.");
-  facts("verdict", cells.verdict, "Grid cells across where the surface is judged.");
+  facts("fit", cells.fit, "Grid points across the aperture at the start of the fit.");
+  facts("verdict", cells.verdict, "Grid points across the aperture where the surface is judged.");
 }
 
 static void describe(Facts& facts, const MirrorCharacterisation& mirror) {
   facts("f_number", mirror.f_number, "Focal length over the largest extent of the aperture.");
   facts("rim_sag_m", mirror.rim_sag_max, "Height of the rim above the vertex.");
-  facts("rim_plane_residual_m", mirror.plane_residual, "How far the rim is from a plane.");
+  facts("rim_plane_residual_m", mirror.plane_residual,
+        "Standard deviation of the rim's distance from its best-fit plane.");
 }
 
 namespace {
@@ -41,7 +44,7 @@ struct Checked {
 
 void describe(Facts& facts, const Checked& checked) {
   describe(facts, checked.target);
-  facts("held_out", checked.held_out, "Whether the fit will not see it.");
+  facts("held_out", checked.held_out, "Whether it is only judged, not fitted.");
 }
 
 struct CheckedScene {
@@ -66,17 +69,19 @@ void describe(Facts& facts, const Cost& cost) {
   const auto seconds = [&](int count) {
     return of.iteration_seconds ? Seconds(count * *of.iteration_seconds) : Seconds();
   };
-  facts("pupil_points", of.points, "Rays, or by waves grid cells, that the fit begins with.");
-  facts("residuals", of.residuals, "Statistics, guides and PSD bins.");
+  facts("pupil_points", of.points,
+        "Number of rays (by wave optics: of grid points) at the start of the fit.");
+  facts("residuals", of.residuals, "Number of residuals: statistics, guides and PSD bins.");
   facts("bytes", of.bytes, "Largest memory of the process; estimated where no iteration was made.");
-  facts("threads", cost.threads, "Threads that the iteration was made with.");
+  facts("threads", cost.threads, "Number of threads of that iteration.");
   facts("iteration_seconds", of.iteration_seconds, "Time of one iteration; null where none was made.");
-  facts("at_least", of.at_least, "Whether the iteration was broken off, so that it takes longer.");
+  facts("at_least", of.at_least, "Whether the iteration was stopped early, so that a full one takes longer.");
   facts("iterations", std::array{law::kFewIterations, law::kManyIterations},
-        "Between which of these fits mostly end.");
+        "Usual range of the number of iterations.");
   facts("iterations_seconds", std::array{seconds(law::kFewIterations), seconds(law::kManyIterations)},
-        "Time of so many.");
-  facts("verdict_seconds", of.verdict_seconds, "Time of one look on fresh points; null: more than 10 s.");
+        "Time of that many iterations.");
+  facts("verdict_seconds", of.verdict_seconds,
+        "Time of one judgement on fresh points; null: more than 10 s.");
   facts("obstacle", of.obstacle.empty() ? std::nullopt : std::optional(of.obstacle),
         "Why no iteration was made; null where one was.");
 }
@@ -95,14 +100,14 @@ void describe(Facts& facts, const CheckReport& report) {
                     : CheckedScene(),
               "The specification, and the models that it needs.");
   facts.if_any("theory_error", report.theory_error, "What the wave theory itself leaves out.");
-  facts.keyed("target", unique_names(all), targets, "What each statistic should be, by its name.");
-  facts.if_any("cells_across", report.cells, "Grids for waves.");
+  facts.keyed("target", unique_names(all), targets, "Target of each statistic, by its name.");
+  facts.if_any("cells_across", report.cells, "Pupil grids of wave optics.");
   facts("terms", report.terms, "The terms that the fit begins with.");
   facts.where(split, "split", SplitFacts{report.shares.value_or(BandShares()), {}, {}},
-              "How the roughness is shared out between terms and scatter.");
+              "How the roughness is divided between terms and scatter.");
   facts.where(report.cost.has_value(), "cost", Cost{report.cost.value_or(CheckedCost()), report.threads},
               "What one iteration of the fit takes.");
-  facts("warnings", report.warnings, "What a reader has to know.");
+  facts("warnings", report.warnings, "Warnings that the reader should know.");
 }
 
 void describe(Facts& facts, const MapCheckReport& report) {
@@ -116,11 +121,11 @@ void describe(Facts& facts, const MapCheckReport& report) {
     map("pitch_x_m", report.pitch_x, "Distance of its columns.");
     map("pitch_y_m", report.pitch_y, "Distance of its rows.");
   });
-  facts.object("terms", "What is fitted to it.",
+  facts.object("terms", "The terms that are fitted to it.",
                [&](Facts& terms) { terms("count", report.terms, "Number of terms."); });
   facts.where(report.shares.has_value(), "split", SplitFacts{report.shares.value_or(BandShares()), {}, {}},
-              "How the roughness is shared out between terms and scatter.");
-  facts("warnings", report.warnings, "What a reader has to know.");
+              "How the roughness is divided between terms and scatter.");
+  facts("warnings", report.warnings, "Warnings that the reader should know.");
 }
 
 void describe(Facts& facts, const TraceReport& report) {
@@ -134,15 +139,15 @@ void describe(Facts& facts, const TraceReport& report) {
     targets.values[k] = traced.target;
   }
   targets.names = values.names;
-  facts("theory", report.theory, "What the targets come from.");
-  facts("model", report.model, "What turned the surface into statistics: waves or rays.");
+  facts("theory", report.theory, "Theory that the targets come from.");
+  facts("model", report.model, "How statistics were computed from the surface: waves or rays.");
   facts("reason", report.reason, "Which model the scene needs, and why.");
-  facts("pupil_points", report.rays, "Rays, or by waves grid cells.");
+  facts("pupil_points", report.rays, "Number of rays (by wave optics: of grid points).");
   facts("lost_rays", report.lost_rays, "Rays that do not reach the focus.");
   facts("terms", report.terms, "Number of terms of the surface.");
   facts("statistics", values, "Statistics of the surface.");
-  facts("target", targets, "What a fit of the same study aims at.");
-  facts("warnings", report.warnings, "What a reader has to know.");
+  facts("target", targets, "Targets that a fit of the same study would have.");
+  facts("warnings", report.warnings, "Warnings that the reader should know.");
 }
 
 }  // namespace aberfit::internal

@@ -1,4 +1,4 @@
-// What people read of a study before its fit.
+// This file makes the page of "check", a study before its fit.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using namespace internal;
 
 namespace {
 
-// Labels and values, one under the other.
+// A table of labels and values.
 class Rows {
  public:
   void add(std::string label, std::string value) { table_.add({std::move(label), std::move(value)}); }
@@ -26,7 +26,7 @@ class Rows {
   Page::Table table_{"", {}, "ll"};
 };
 
-// Two digits: a time that was measured once has no more.
+// Two digits suffice, because a time measured once is no more precise.
 std::string time_text(double seconds) {
   if (seconds < 0.1) return fmt::format("{:.2g} ms", 1000 * seconds);
   if (seconds < 99.5) return fmt::format("{:.2g} s", seconds);
@@ -38,11 +38,11 @@ std::string bytes_text(double bytes) {
 }
 
 std::string ray_error_text(double ee90_radius, double ee50_error, double ee90_error) {
-  return fmt::format("{}: off by {:+.3g} %; ee50 by {:+.3g} %", metres_text(ee90_radius), 100 * ee90_error,
+  return fmt::format("{}, wrong by {:+.3g} %; ee50 by {:+.3g} %", metres_text(ee90_radius), 100 * ee90_error,
                      100 * ee50_error);
 }
 
-// The mean light as specifications ask for it.
+// Adds the mean spot in the quantities of optical specifications.
 void add_light(Rows* rows, const SpecifiedLight& light) {
   constexpr double kArcsec = 648000 / kPi;
   std::string widths, sky, shares;
@@ -51,7 +51,7 @@ void add_light(Rows* rows, const SpecifiedLight& light) {
       const std::string name = one.key.substr(0, one.key.find('_'));
       *to += fmt::format("{}{} {}", to->empty() ? "" : ", ", name, value);
     };
-    if (one.key == "hew") continue;  // ee50_diameter
+    if (one.key == "hew") continue;  // equals ee50_diameter
     if (one.is_width) {
       add(&widths, metres_text(one.value));
       add(&sky, fmt::format("{:.3g}", one.value / light.focal_length * kArcsec));
@@ -59,8 +59,8 @@ void add_light(Rows* rows, const SpecifiedLight& light) {
       add(&shares, fmt::format("{:.4g}", one.value));
     }
   }
-  if (!widths.empty()) rows->add("mean light across", widths), rows->add("  on the sky [arcsec]", sky);
-  if (!shares.empty()) rows->add("  its shares", shares);
+  if (!widths.empty()) rows->add("mean PSF, diameters", widths), rows->add("  on the sky [arcsec]", sky);
+  if (!shares.empty()) rows->add("  its ratios", shares);
   if (light.lines.empty()) return;
   const auto line = [](const SpecifiedLight::Line& one) {
     return fmt::format("{} ee50 {}, ee80 {}", metres_text(one.wavelength), metres_text(one.ee50_diameter),
@@ -73,7 +73,7 @@ void add_light(Rows* rows, const SpecifiedLight& light) {
             fmt::format("{}, from {} to {}", light.lines.size(), line(*shortest), line(*longest)));
 }
 
-// R, kappa and GHS of the specification, with both verdicts side by side.
+// Adds R, kappa and GHS of the specification, with both verdicts side by side.
 void add_scene(Rows* rows, const CheckReport& report) {
   const SceneFacts& scene = *report.scene;
   const SceneNumbers& n = scene.numbers;
@@ -83,7 +83,7 @@ void add_scene(Rows* rows, const CheckReport& report) {
   rows->add("spot scale sigma_f", metres_text(report.focal_sigma));
   rows->add("slope-carrying modes N_eff", fmt::format("{:.0f}", n.n_eff));
   if (const StatisticSpread* worst = scene.spread.worst())
-    rows->add("single mirrors differ by", spread_words(*worst) + ", one standard deviation, at most");
+    rows->add("spread of single mirrors", spread_words(*worst) + ", one standard deviation");
   rows->add("g = 4 pi sigma/lambda", fmt::format("{:.3g}, TIS {:.3g}", n.g, n.tis));
   rows->add("kappa (rays from 0.85 up)", fmt::format("{:.3g}", n.kappa));
   rows->add("Airy ee90", metres_text(n.airy_ee90));
@@ -93,38 +93,38 @@ void add_scene(Rows* rows, const CheckReport& report) {
   add_light(rows, scene.mean_light);
   rows->add("ee90 by rays", ray_error_text(e.rays.ee90, e.ray_ee50, e.ray_ee90));
   rows->add("R of the paper", fmt::format("{:.4g}", n.paper_ratio_r));
-  rows->add("model it needs", scene.needed);
+  rows->add("model needed", scene.needed);
   rows->add("why", scene.reason);
   rows->add("models used", fmt::format("targets {}, surface {}", scene.theory, scene.model));
   if (report.too_simple)
-    rows->add(
-        "", "simpler than needed" +
-                (report.light_decides ? ": the verdict of `fit` will be on " + scene.needed
-                                      : ", as the study names it: the verdict of `fit` will be on theory `" +
-                                            scene.theory + "`, with what light says beside it"));
+    rows->add("", "simpler than needed" +
+                      (report.light_decides
+                           ? "; `fit` will judge by " + scene.needed
+                           : ", because the study names it; `fit` will judge by theory `" + scene.theory +
+                                 "` and report the result of wave optics beside it"));
 }
 
 std::string terms_text(const CheckedTerms& terms) {
   std::string text = fmt::format("{}", terms.count);
-  if (terms.automatic && terms.order > 0)
-    text += fmt::format(", Zernikes to n = {} to begin with", terms.order);
+  if (terms.automatic && terms.order > 0) text += fmt::format(", Zernikes to n = {} at first", terms.order);
   if (terms.segments > 0) text += fmt::format(", with the errors of {} segments", terms.segments);
   return text + fmt::format(" ({:.2f} % of the height variance)", 100 * terms.captured);
 }
 
-// What the verdict leaves out whatever the surface, beside the margin that it is given with.
+// The errors of the theory, which the verdict neglects for any surface.
 std::string theory_text(const TheoryError& error) {
   const std::string angle = std::isfinite(error.small_angle)
                                 ? fmt::format("{:.2g} %", 100 * error.small_angle)
-                                : "an unknown share";
-  constexpr double kNext = 1e-6;  // to nothing: what quadrature leaves
+                                : "an unknown fraction";
+  constexpr double kNext = 1e-6;  // error of the quadrature
   const std::string beyond = error.beyond_ten_degrees < kNext
                                  ? "less than 0.0001 %"
                                  : fmt::format("{:.2g} %", 100 * error.beyond_ten_degrees);
-  return fmt::format("{} of radii by small angles, {} of the light beyond 10 degrees", angle, beyond);
+  return fmt::format("radii: {} from the small-angle approximation; {} of the energy goes beyond 10 degrees",
+                     angle, beyond);
 }
 
-// How far from the focus statistics are, those of a ring half of its width.
+// Largest distance of the statistics from the focus; the FWHM of a ring counts half of its width.
 std::string planes_text(const CheckReport& report) {
   std::optional<double> reach;
   const auto seen = [&reach](double dz) { reach = std::max(reach.value_or(0), std::abs(dz)); };
@@ -132,7 +132,7 @@ std::string planes_text(const CheckReport& report) {
     for (const Target& target : *targets)
       if (const auto dz = plane_of_light(target.statistic))
         seen(*dz);
-      else if (std::holds_alternative<RingFwhm>(target.statistic))
+      else if (kind_of(target.statistic).plane == FocalPlane::kThrough)
         seen(0.5 * target.value);
   if (!reach) return "";
   return *reach > 0 ? ", in planes up to " + metres_text(*reach) + " from the focus" : ", in the focus";
@@ -146,10 +146,10 @@ std::string statistics_text(const CheckReport& report) {
 
 std::string rays_text(const CheckReport& report) {
   if (report.model == FocusModel::kWaves)
-    return report.cells ? fmt::format("none: waves on a grid of {:.0f} cells across, judged on {:.0f}",
+    return report.cells ? fmt::format("none: wave optics on a grid of {:.0f} points across, judged on {:.0f}",
                                       report.cells->fit, report.cells->verdict)
-                        : "none: waves, but no grid is fine enough";
-  return report.automatic_rays ? fmt::format("chosen by the fit: {} or more for so many terms", report.rays)
+                        : "none: wave optics, but no grid is fine enough";
+  return report.automatic_rays ? fmt::format("the fit chooses: at least {} for so many terms", report.rays)
                                : fmt::format("{}", report.rays);
 }
 
@@ -159,11 +159,11 @@ void add_cost(Rows* rows, const CheckReport& report) {
   if (cost.bytes > 0)
     rows->add("memory of `fit`",
               fmt::format("{}: {} residuals on {} {}", bytes_text(cost.bytes), cost.residuals, cost.points,
-                          report.model == FocusModel::kWaves ? "cells" : "rays"));
+                          report.model == FocusModel::kWaves ? "grid points" : "rays"));
   if (!cost.iteration_seconds) return rows->add("time of `fit`", "not measured: " + cost.obstacle);
   const std::string more = cost.at_least ? "more than " : "";
   const double each = *cost.iteration_seconds;
-  rows->add("one iteration", fmt::format("{}{} on {}, measured just now", more, time_text(each),
+  rows->add("one iteration", fmt::format("{}{} on {}, just measured", more, time_text(each),
                                          plural(report.threads, "thread")));
   const std::string verdict =
       cost.verdict_seconds ? ", and " + time_text(*cost.verdict_seconds) + " for the verdict" : "";

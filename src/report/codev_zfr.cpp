@@ -6,11 +6,10 @@
 #include "coefficient_listing.h"
 #include "listing_lines.h"
 
-// CODE V interferogram file, Zernike form (as prysm/io.py writes it): "!" comments, one title line, "ZFR n
-// SUR|WFR WVL lambda_um SSZ s", then n Fringe coefficients. Height [um] = coefficient WVL / SSZ, surface and
-// wavefront alike. Fringe polynomials are peak-normalised: R_n^m(1) = 1. Their numbering goes on for ever;
-// how much of it CODE V takes could not be looked up (other programs' Fringe sets end at 37), so nothing is
-// cut.
+// A CODE V interferogram file in Zernike form (as in prysm/io.py) has "!" comments, one title line, "ZFR n
+// SUR|WFR WVL lambda_um SSZ s", then n Fringe coefficients. Height [um] = coefficient WVL / SSZ, for surface
+// and wavefront alike. Fringe polynomials are peak-normalised: R_n^m(1) = 1. Their numbering has no end. We
+// do not know the limit of CODE V (other programs' Fringe sets end at 37), so we write all coefficients.
 namespace aberfit {
 using namespace internal;
 
@@ -18,12 +17,12 @@ namespace {
 
 constexpr const char* kZfrFile = "a CODE V interferogram file of Fringe Zernike coefficients";
 constexpr const char* kZfrHeader = "a header \"ZFR n SUR|WFR WVL micrometres SSZ scale\"";
-// (1 + 300)^2: every mode of n <= 300. A damaged count beyond it must not become a wish for memory.
+// All modes of n <= 300 are (1 + 300)^2. A damaged count above that must not cause a huge allocation.
 constexpr int kMostTerms = 90601;
 
 struct ZfrHeader {
   int terms = 0;
-  double metres = 0;  // of the surface for a coefficient of 1
+  double metres = 0;  // height of the surface [m] for a coefficient of 1
 };
 
 ZfrHeader header_of(const ListingLines& file) {
@@ -44,7 +43,7 @@ ZfrHeader header_of(const ListingLines& file) {
     if (!(**value > 0)) file.fail(words[i + 1], key + " above 0");
   }
   if (!wavelength || !scale) file.fail(file.text(), kZfrHeader);
-  // Everything here is the surface, and a mirror's wavefront is twice that.
+  // We store the surface; the wavefront of a mirror is twice that.
   header.metres = *wavelength * 1e-6 / *scale * (kind == "WFR" ? 0.5 : 1.0);
   if (!(header.metres > 0) || !std::isfinite(header.metres)) file.fail(file.text(), "a scale in range");
   return header;
@@ -62,7 +61,7 @@ std::string codev_zfr_text(const ExportInput& input) {
     fringe[std::size_t(j - 1)] += term.value * zernike_norm(term.mode);
   }
   if (fringe.empty()) fringe.push_back(0.0);
-  // The format has no place for the radius but a comment.
+  // The format has no field for the radius, so it is in a comment.
   std::string text = fmt::format(
       "! Fringe Zernike coefficients of the surface (not the wavefront) in waves\n"
       "! sag positive towards the incoming light; normalization radius {:.15g} mm\n"

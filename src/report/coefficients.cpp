@@ -20,8 +20,7 @@ namespace {
 
 constexpr std::string_view kColumnNames = "kind,n,m,noll,fx_per_m,fy_per_m,value_m,std_m";
 constexpr std::string_view kRadiusKey = "# radius_m = ";
-// Frequencies of a set that another machine sampled anew may differ in the last bits of its sine and
-// logarithm.
+// If another machine sampled the same set, its frequencies may differ in the last bits of sine and logarithm.
 constexpr double kFrequencyMatch = 1e-9;
 
 constexpr std::string_view kFileHeader =
@@ -45,7 +44,7 @@ std::string deviation(const Eigen::VectorXd& std, Eigen::Index i) {
 
 constexpr std::array<std::string_view, 3> kSegmentErrors{"piston", "slope_x", "slope_y"};
 
-// One row of the file, not yet looked up in a set.
+// One row of the file before its term is found in a set.
 struct Row {
   enum class Kind { kZernike, kCos, kSin, kSpherical, kSegment } kind = Kind::kZernike;
   ZernikeMode mode;       // zernike
@@ -57,7 +56,7 @@ struct Row {
   int line = 0;
 };
 
-// The row of the line moved to.
+// The row of the current line.
 Row row_of(const internal::ListingLines& file) {
   const std::string_view text = file.text();
   std::array<std::string_view, 8> cell;
@@ -68,17 +67,16 @@ Row row_of(const internal::ListingLines& file) {
     if (comma == std::string_view::npos) break;
     begin = comma + 1;
   }
-  if (count + 1 != cell.size()) file.fail(text, "8 cells: " + std::string(kColumnNames));
+  if (count + 1 != cell.size()) file.fail(text, "8 columns: " + std::string(kColumnNames));
 
   Row row;
   row.line = int(file.line());
   if (cell[0] == "zernike") {
     row.mode = {file.integer(cell[1], "n"), file.integer(cell[2], "m")};
-    constexpr int kLargestOrder = 300;  // as in a study
+    constexpr int kLargestOrder = 300;  // limit of a study
     if (row.mode.n > kLargestOrder) file.fail(cell[1], fmt::format("n from 0 to {}", kLargestOrder));
     if (!is_zernike_mode(row.mode)) file.fail(text, "n >= |m| with n - |m| even");
-    // The index is there for people; where it is given it must agree, or somebody renumbered the file in
-    // another scheme.
+    // The index is for people. If given it must agree; otherwise the file was renumbered in another scheme.
     if (!cell[3].empty() && file.integer(cell[3], "noll") != noll_index(row.mode))
       file.fail(cell[3], "Noll's index of this (n, m), " + std::to_string(noll_index(row.mode)));
   } else if (cell[0] == "cos" || cell[0] == "sin") {
@@ -127,12 +125,12 @@ std::vector<Row> read_rows(const std::string& path, double* radius) {
   return rows;
 }
 
-// Says which error the k-th term of a segment is.
+// Index in kSegmentErrors of the k-th term of a segment.
 std::size_t error_of(const TermSet& terms, Eigen::Index k) {
   return std::size_t(k) + (terms.segments->piston() > 0 ? 0 : 1);
 }
 
-// Where each term of a set stands in the coefficient vector.
+// Position of each term of a set in the coefficient vector.
 class Places {
  public:
   explicit Places(const TermSet& terms) {
@@ -181,7 +179,7 @@ class Places {
   std::map<std::pair<int, std::size_t>, Eigen::Index> segments_;
 };
 
-// The terms of a file in its own order, each once. A sine without its cosine brings the wave all the same.
+// The terms of a file in its order, each once. A sine or cosine alone is enough to add its wave.
 TermSet terms_of(const std::vector<Row>& rows, double radius) {
   TermSet terms;
   terms.radius = radius;
@@ -260,7 +258,8 @@ Eigen::VectorXd read_coefficients_csv(const std::string& path, TermSet* terms) {
                     ? "segments of the study's aperture, with its `piston` and `tip_tilt`"
                     : "terms of the study's set");
     int& line = line_of[std::size_t(*place)];
-    if (line != 0) fail(row, "each term once; this one stands on line " + std::to_string(line) + " already");
+    if (line != 0)
+      fail(row, "each term once; this one is already on line " + std::to_string(line) + " already");
     line = row.line;
     coefficients[*place] = row.value;
   }

@@ -3,7 +3,7 @@
 
 namespace aberfit::internal {
 
-/// A field of a CSV file (RFC 4180): in quotes where it holds a comma, a quote or the end of a line.
+/// A field of a CSV file (RFC 4180), quoted if it contains a comma, a quote or a line end.
 inline std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";

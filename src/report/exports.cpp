@@ -18,10 +18,10 @@ using namespace internal;
 namespace {
 
 constexpr int kLeastGrid = 5;  // OpticStudio's smallest grid
-// Cells beyond the rim that keep their values in a grid sag. A cell that meets the aperture has its corners
-// within two cells of a grid point inside, wherever the aperture is wider than two pitches.
+// Number of cells beyond the rim that keep their values in a grid sag. If the aperture is wider than two
+// pitches, the corners of any cell on it are within two cells of a grid point inside.
 constexpr int kRimCells = 2;
-// Zernikes grow as rho^n beyond the rim: a value this many times the largest inside is of no use to anyone.
+// Zernikes grow as rho^n beyond the rim. A value this many times the largest inside is useless.
 constexpr double kRimGrowth = 1e3;
 
 void check(const ExportInput& input) {
@@ -32,9 +32,9 @@ void check(const ExportInput& input) {
         fmt::format("export: {} grid points per side; at least {}", input.grid_size, kLeastGrid));
   if (input.coefficients.size() != input.terms.size())
     throw std::invalid_argument(
-        fmt::format("export: {} coefficients of {} terms", input.coefficients.size(), input.terms.size()));
+        fmt::format("export: {} coefficients for {} terms", input.coefficients.size(), input.terms.size()));
   if (!input.coefficients.allFinite())
-    throw std::invalid_argument("export: a coefficient that is not a finite number");
+    throw std::invalid_argument("export: a coefficient is not a finite number");
 }
 
 struct Square {
@@ -61,8 +61,8 @@ HeightMap empty_map(const ExportInput& input) {
   return map;
 }
 
-// Grid points of the clear aperture, those on its rim among them whichever way they round. The edge margin is
-// for rays and does not count.
+// Grid points of the clear aperture, including those on its rim despite rounding. The edge margin is only for
+// rays.
 Mask inside_aperture(const HeightMap& map, const Aperture& aperture) {
   constexpr double kTowardsMiddle = 1 - 1e-12;
   const double x_middle = 0.5 * (map.x(0) + map.x(map.columns() - 1));
@@ -121,7 +121,7 @@ SurfaceField surface_at(const ExportInput& input, const Points& points) {
   return field;
 }
 
-// Heights alone, no-data outside the aperture: for formats that are not interpolated across its rim.
+// Heights alone, without data outside the aperture, for formats that are not interpolated across its rim.
 HeightMap sample_heights(const ExportInput& input) {
   check(input);
   HeightMap map = empty_map(input);
@@ -170,8 +170,8 @@ std::vector<ZernikeCoefficient> as_zernikes(const ExportInput& input, const std:
     throw std::invalid_argument(format + ": " + what +
                                 "; export zemax-grid-sag, codev-int, fits-opd or csv instead");
   };
-  if (!input.terms.fourier.empty()) refuse("Fourier terms are no finite sum of Zernikes");
-  if (input.terms.of_a_segment() > 0) refuse("segments that stand apart are no sum of Zernikes");
+  if (!input.terms.fourier.empty()) refuse("Fourier terms are not a finite sum of Zernikes");
+  if (input.terms.of_a_segment() > 0) refuse("segments with errors of their own are not a sum of Zernikes");
   if (!(input.terms.radius > 0))
     throw std::invalid_argument(format + ": the terms have no normalization radius");
   std::vector<ZernikeCoefficient> result;
@@ -192,7 +192,7 @@ std::vector<ZernikeCoefficient> as_zernikes(const ExportInput& input, const std:
 std::string one_line(const std::string& title, std::size_t limit) {
   std::string line;
   for (const char c : title) line += c >= ' ' && c <= '~' ? c : ' ';
-  // A "!" in front would make it a comment in most of these formats.
+  // A leading "!" would make it a comment in most of these formats.
   const std::size_t begin = line.find_first_not_of(" !");
   if (begin == std::string::npos) return "aberfit surface";
   line = line.substr(begin, limit);

@@ -9,7 +9,7 @@ std::string unit_of_key(const std::string& key) {
   struct Suffix {
     std::string_view end, unit;
   };
-  // Longer ends first: _per_m2 is no area.
+  // Longer endings come first, because _per_m2 is no area.
   static constexpr std::array kSuffixes = {Suffix{"_per_m2", "1/m^2"}, Suffix{"_rad_per_m", "rad/m"},
                                            Suffix{"_per_m", "1/m"},    Suffix{"_per_sr", "1/sr"},
                                            Suffix{"_m2", "m^2"},       Suffix{"_m3", "m^3"},
@@ -30,16 +30,17 @@ void Facts::put_schema(const char* key, Json schema, const char* meaning, bool a
 
 void describe(Facts& facts, const Warning& warning) {
   facts("code", warning.code, "Short name of this kind of warning.");
-  facts("message", warning.message, "What is the matter, and what helps.");
+  facts("message", warning.message, "What is wrong, and what helps.");
 }
 
 void describe(Facts& facts, const ClearRegion& clear) {
   facts("aperture", clear.aperture ? std::optional(clear.text()) : std::nullopt,
-        "The clear aperture that was asked for, in words.");
+        "The requested clear aperture, in words.");
   facts("centre_m", clear.aperture ? std::optional(std::array{clear.x, clear.y}) : std::nullopt,
         "Its centre in the coordinates of the file.");
   facts("taken_out", clear.taken_out, "Number of samples that were left out.");
-  facts.if_any("said_invalid", clear.said_invalid, "Number of samples that `invalid` made holes.");
+  facts.if_any("said_invalid", clear.said_invalid,
+               "Number of samples with a value of `invalid`, which are holes.");
 }
 
 std::optional<ClearRegion> used_part(const ClearRegion& clear) {
@@ -49,7 +50,7 @@ std::optional<ClearRegion> used_part(const ClearRegion& clear) {
 
 void describe_head(Facts& facts, const std::string& kind) {
   facts("aberfit", 1, "Version of the format.");
-  facts.word("kind", kind, "The kind of result.");
+  facts.word("kind", kind, "Kind of result.");
 }
 
 }  // namespace aberfit::internal

@@ -27,13 +27,12 @@
 
 namespace aberfit::internal {
 
-/// The one description of a result: a function `describe(Facts&, const Part&)` names each of its numbers
-/// once, with its key and its meaning, and the same walk gives the JSON of a result and the JSON Schema of
-/// all results of that kind. A key ends in its SI unit (`rms_height_m`), which the schema repeats as "unit".
+/// The only description of a result. A function `describe(Facts&, const Part&)` gives each of its numbers
+/// once, with key and meaning. It makes both the JSON of a result and the JSON Schema of all results of that
+/// kind. A key ends in its SI unit (`rms_height_m`), which the schema repeats as "unit".
 ///
-/// A schema is made from a part as its default constructor leaves it, so a description reads nothing that
-/// only some results have: optional parts go in as std::optional, and members that only some results have
-/// by `where`.
+/// A schema is made from a default-constructed part, so a description must not read anything that only some
+/// results have. Optional parts are passed as std::optional, and members of some results with `where`.
 class Facts {
  public:
   enum class View { kValues, kSchema };
@@ -44,7 +43,7 @@ class Facts {
   void operator()(const char* key, const Value& value, const char* meaning) {
     where(true, key, value, meaning, true);
   }
-  /// A member that is left out where `there` is false.
+  /// A member that is left out if `there` is false.
   template <typename Value>
   void where(bool there, const char* key, const Value& value, const char* meaning, bool always = false) {
     if (schema_)
@@ -52,17 +51,17 @@ class Facts {
     else if (there)
       members_[key] = node(value);
   }
-  /// An optional part that is left out, not null, where it is absent.
+  /// An optional part; if absent it is left out, not null.
   template <typename Value>
   void if_any(const char* key, const std::optional<Value>& value, const char* meaning) {
     where(value.has_value(), key, schema_ || !value ? Value() : *value, meaning);
   }
-  /// An object whose members `body` names.
+  /// An object whose members are given by `body`.
   template <typename Body>
   void object(const char* key, const char* meaning, const Body& body) {
     object_where(true, key, meaning, body, true);
   }
-  /// The same, left out where `there` is false.
+  /// The same, but left out if `there` is false.
   template <typename Body>
   void object_where(bool there, const char* key, const char* meaning, const Body& body, bool always = false) {
     if (!schema_ && !there) return;
@@ -73,7 +72,7 @@ class Facts {
     else
       members_[key] = inside.done();
   }
-  /// An object whose keys are data: names[k] has items[k].
+  /// An object whose keys are data: names[k] is the key of items[k].
   template <typename Items>
   void keyed(const char* key, const std::vector<std::string>& names, const Items& items,
              const char* meaning) {
@@ -85,13 +84,13 @@ class Facts {
     for (const std::string& name : names) all[name] = node(*item++);
     members_[key] = std::move(all);
   }
-  /// Members whose keys are data, and whose values are numbers.
+  /// Members whose keys are data and whose values are numbers.
   void numbers(const std::vector<std::pair<std::string, double>>& all, const char* meaning) {
     if (schema_) others_ = {{"type", {"number", "null"}}, {"description", meaning}};
     if (schema_) return;
     for (const auto& [key, value] : all) members_[key] = json_number(value);
   }
-  /// One word that is always the same.
+  /// A constant word.
   void word(const char* key, const std::string& word, const char* meaning) {
     if (schema_)
       put_schema(key, {{"const", word}}, meaning, true);
@@ -162,22 +161,22 @@ class Facts {
   Json members_ = Json::object(), required_ = Json::array(), others_ = false;
 };
 
-/// The SI unit that the end of a key names: "m", "1/m", "m^4", "rad", "s", "byte"; empty where it is a
-/// pure number or a text.
+/// The SI unit in the ending of a key: "m", "1/m", "m^4", "rad", "s", "byte"; empty for a pure number or a
+/// text.
 std::string unit_of_key(const std::string& key);
 
-/// What every document begins with.
+/// Describes the first members of every document.
 void describe_head(Facts& facts, const std::string& kind);
 
-/// A whole document: head, the facts of `part`, and what made it where that is not in the part.
+/// Describes a whole document: head, the facts of `part`, and its provenance if `part` does not have it.
 template <typename Part>
 void describe_document(Facts& facts, const std::string& kind, const Json& study, const std::string& headline,
                        const Part& part, const std::optional<Provenance>& provenance) {
   describe_head(facts, kind);
-  facts("study", study, "The study with every default filled in, itself a valid study.");
+  facts("study", study, "The study with every default filled in; it is itself a valid study.");
   facts.where(!headline.empty(), "headline", headline, "The answer in a sentence.");
   describe(facts, part);
-  facts.if_any("provenance", provenance, "What made this result.");
+  facts.if_any("provenance", provenance, "Program, inputs and seed that this result was made with.");
 }
 
 /// JSON of `part`, or the schema of its kind of part.
@@ -194,7 +193,7 @@ Json schema_of() {
   return facts.done();
 }
 
-/// Numbers by the names of their statistics.
+/// Numbers with the names of their statistics.
 struct NamedNumbers {
   std::vector<std::string> names;
   Eigen::VectorXd values;
@@ -204,14 +203,14 @@ struct NamedNumbers {
 struct SplitPart {
   double height = 0, slope = 0;
 };
-/// How a roughness is split; of a fit with its scatter and its surface.
+/// The split of a roughness; for a fit also scatter and surface.
 struct SplitFacts {
   BandShares shares;
   std::optional<std::vector<AbgFit>> abg;
   std::optional<EquivalentSurface> surface;
 };
 
-// Parts of many results.
+// These parts occur in many results.
 void describe(Facts& facts, const SplitPart& part);
 void describe(Facts& facts, const SplitFacts& split);
 void describe(Facts& facts, const NamedNumbers& numbers);
@@ -221,10 +220,10 @@ void describe(Facts& facts, const SceneFacts& scene);
 void describe(Facts& facts, const Provenance& provenance);
 void describe(Facts& facts, const Warning& warning);
 void describe(Facts& facts, const ClearRegion& clear);
-/// Nothing where the whole of a measurement is used.
+/// Empty if the whole measurement is used.
 std::optional<ClearRegion> used_part(const ClearRegion& clear);
 
-// Whole results, without the head of their documents.
+// These are whole results without the head of their documents.
 void describe(Facts& facts, const ResultDocument& result);
 void describe(Facts& facts, const CheckReport& report);
 void describe(Facts& facts, const MapCheckReport& report);
@@ -235,7 +234,7 @@ void describe(Facts& facts, const Ceilings& ceilings);
 void describe(Facts& facts, const PsdOfFocus& result);
 void describe(Facts& facts, const SweepReport& report);
 void describe(Facts& facts, const Chart& chart);
-/// Of a PSD, with the blocks that the study room writes.
+/// A measured PSD with the blocks of the study room.
 struct PsdFacts {
   const PsdReport* report = nullptr;
   Json request, roughness;

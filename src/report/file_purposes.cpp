@@ -9,7 +9,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Known {
-  const char* name;  // a trailing / stands for all files of a folder
+  const char* name;  // a trailing / means all files of a folder
   const char* purpose;
 };
 
@@ -25,16 +25,16 @@ constexpr Known kKnown[] = {
     {"arrays/", "encircled energy, PSF and OTF as CSV tables"},
     {"psf.fits", "PSF of surface and theory as a FITS image"},
     {"otf.fits", "OTF of surface and theory as a FITS image"},
-    {"psd.csv", "the PSD bin by bin, a table that a study can read"},
+    {"psd.csv", "PSD bin by bin; a study can read this table"},
     {"bands.csv", "RMS height and slope by band and by octave"},
-    {"roughness.json", "the fitted PSD model, a block to paste into a study"},
-    {"contour.csv", "pairs of both unknowns that just meet the budgets"},
-    {"ceilings.csv", "the most roughness of each octave"},
-    {"focus.csv", "measured and fitted light by radius"},
-    {"cases.csv", "one line for each case: its values and its statistics"},
-    {"quantiles.csv", "quantiles over realisations, place by place"},
-    {"chart.csv", "one line for each method and setting: error and time"},
-    {"plots/", "the pictures, with the gnuplot script and the data of each"}};
+    {"roughness.json", "fitted PSD model, a block to paste into a study"},
+    {"contour.csv", "pairs of the two unknowns that just meet the budgets"},
+    {"ceilings.csv", "largest roughness of each octave"},
+    {"focus.csv", "measured and fitted energy by radius"},
+    {"cases.csv", "values and statistics of each case, one line per case"},
+    {"quantiles.csv", "quantiles over the realisations of each combination of values"},
+    {"chart.csv", "error and time of each method and setting, one line each"},
+    {"plots/", "pictures, each with its gnuplot script and data"}};
 
 bool is_there(const fs::path& folder, const std::string& name) {
   std::error_code none;
@@ -68,27 +68,26 @@ std::vector<NamedPurpose> uses_of_terms(const std::string& folder) {
                                                : "an export (\"output\": {\"export\": [\"" + word +
                                                      "\"]} in the study writes exports/" + file + ")";
   };
-  uses.push_back(
-      {"OpticStudio", "Surface: " + from("grid_sag.DAT", "zemax-grid-sag") +
-                          " as a Grid Sag surface with bicubic interpolation." +
-                          (scatter ? " Scatter: the ABg numbers in the comments of scatter.csv, or "
-                                     "its table as a BSDF file."
-                                   : "")});
+  uses.push_back({"OpticStudio", "Surface: " + from("grid_sag.DAT", "zemax-grid-sag") +
+                                     " as a Grid Sag surface with bicubic interpolation." +
+                                     (scatter ? " Scatter: enter the ABg numbers in the comments of "
+                                                "scatter.csv, or convert its table to a BSDF file."
+                                              : "")});
   uses.push_back(
       {"CODE V",
        "Surface: " + from("surface.int", "codev-int") + " as an interferogram of kind SUR on the mirror." +
-           (scatter ? " CODE V has no scatter: carry scatter.csv to the stray-light program." : "")});
+           (scatter ? " CODE V has no scatter model: take scatter.csv to the stray-light program." : "")});
   if (scatter)
     uses.push_back(
         {"FRED, ASAP, LightTools",
-         "Scatter: the ABg numbers in the comments of scatter.csv, or its table as a tabulated BSDF."});
-  uses.push_back({"prysm",
-                  "Surface: sum of orthonormal Zernikes, prysm.polynomials.zernike_nm(n, m, rho, theta, "
-                  "norm=True) times value_m of coefficients.csv; the optical path difference is twice "
-                  "the surface." +
-                      std::string(scatter ? " Scatter: multiply the OTF by the mean transfer function of "
-                                            "scatter_psd.csv."
-                                          : "")});
+         "Scatter: enter the ABg numbers in the comments of scatter.csv, or its table as a tabulated BSDF."});
+  uses.push_back(
+      {"prysm",
+       "Surface: add up the orthonormal Zernikes, prysm.polynomials.zernike_nm(n, m, rho, theta, norm=True) "
+       "times value_m of coefficients.csv. The optical path difference is twice the surface." +
+           std::string(scatter ? " Scatter: multiply the OTF by the mean transfer function of "
+                                 "scatter_psd.csv."
+                               : "")});
   uses.push_back(
       {"POPPY", "Surface: " + from("opd.fits", "fits-opd") +
                     " as the opd of a FITSOpticalElement; it is already twice the surface." +

@@ -1,4 +1,4 @@
-// What people read of a fit.
+// This file makes the page of a fit.
 #include "fit_page.h"
 
 #include <fmt/format.h>
@@ -23,27 +23,27 @@ using namespace internal;
 namespace {
 
 constexpr std::size_t kWorstFitted = 3, kWorstHeldOut = 5;
-constexpr double kCarriesAll = 0.985;  // of the height variance, as a default order does
+constexpr double kCarriesAll = 0.985;  // fraction of the height variance, as of a default order
 
-// Slopes are small angles and read best as such.
+// Slopes are small angles and shown as angles.
 std::string slope(double value) { return format_quantity(value, Dimension::kAngle); }
 
-// What the verdict was made on.
+// The metrics behind the verdict.
 const std::vector<EquivalenceMetric>& decided_by(const ResultDocument& result) {
   const auto& light = result.judgement.light;
   return light && light->decides && !light->metrics.empty() ? light->metrics : result.judgement.metrics;
 }
 
-// The theory that a verdict is true of.
+// The theory for which the verdict holds.
 std::string theory_words(const ResultDocument& result) {
   if (result.judgement.light_decides && !(result.judgement.light && result.judgement.light->no_grid))
-    return "light";
+    return "wave optics";
   if (result.judgement.light_decides)
-    return "rays (no grid holds the pupil's phase; their model error is allowed for)";
-  return result.scene.theory == "ghs" ? "light" : "geometric rays";
+    return "rays (no grid can sample the pupil's phase; the model error of rays is included)";
+  return result.scene.theory == "ghs" ? "wave optics" : "geometric rays";
 }
 
-// "ee35 -4 %"; in_spreads: also over what single mirrors differ by.
+// Worst metric, such as "ee35 -4 %". in_spreads: also in units of the spread of single mirrors.
 std::string worst_words(const std::vector<EquivalenceMetric>& metrics, const ShownStatistics& shown,
                         bool in_spreads = false) {
   const EquivalenceMetric* worst = worst_of(metrics);
@@ -52,11 +52,11 @@ std::string worst_words(const std::vector<EquivalenceMetric>& metrics, const Sho
   if (!std::isfinite(worst->difference)) return name + " has no value";
   const std::string text = fmt::format("{} {:+.2g} %", name, 100 * worst->difference);
   if (!in_spreads || !(worst->spread > 0)) return text;
-  return text + fmt::format(" ({:.2g} of the spread of mirrors of this specification)",
+  return text + fmt::format(" ({:.2g} standard deviations among mirrors of this specification)",
                             std::abs(worst->difference / worst->spread));
 }
 
-// How many of the metrics are what.
+// Number of metrics by verdict.
 struct Tally {
   explicit Tally(const std::vector<EquivalenceMetric>& metrics) : count(long(metrics.size())) {
     for (const EquivalenceMetric& metric : metrics) {
@@ -68,9 +68,17 @@ struct Tally {
   }
   std::string words() const {
     if (different == 0 && undecided == 0)
-      return fmt::format("all {} within +-{:.4g} %", plural(count, "statistic"), 100 * margin);
-    return fmt::format("{} of {} different, {} undecided, margin +-{:.4g} %", different,
-                       plural(count, "statistic"), undecided, 100 * margin);
+      return fmt::format("{} within {:.4g} % of the target",
+                         count == 1 ? "the only statistic is" : fmt::format("all {} statistics are", count),
+                         100 * margin);
+    return fmt::format("{} of {} {} from the target by more than {:.4g} %, {} {} undecided", different,
+                       plural(count, "statistic"), different == 1 ? "differs" : "differ", 100 * margin,
+                       undecided, undecided == 1 ? "is" : "are");
+  }
+  // " (90 of them were not fitted)".
+  std::string fitted_words() const {
+    if (held_out == 0) return " (all were fitted)";
+    return fmt::format(" ({} of them {} not fitted)", held_out, held_out == 1 ? "was" : "were");
   }
   long count, different = 0, undecided = 0, held_out = 0;
   double margin = 0;
@@ -85,15 +93,15 @@ std::string theory_name(const std::string& theory) {
                                  : theory;
 }
 
-// One sentence for whoever has to do better by what decides.
+// One sentence on how to improve the deciding metrics.
 std::string what_would_help_here(const ResultDocument& result, const Tally& tally) {
   if (tally.different == 0 && tally.undecided > 0)
     return by_waves(result) ? "The undecided statistics need a larger `equivalence.margin`."
                             : "The undecided statistics need smaller errors: more rays (`trace.rays`) or a "
                               "larger `equivalence.margin`.";
   if (result.map.fit)
-    return "The part is what it is: `equivalence.margin` says how far it may be from the mean of its "
-           "specification.";
+    return "The part is measured and cannot be changed; `equivalence.margin` says how far it may be from the "
+           "mean of its specification.";
   const auto warned = [&](const char* code) {
     return std::any_of(result.warnings.begin(), result.warnings.end(),
                        [&](const Warning& warning) { return warning.code == code; });
@@ -104,28 +112,28 @@ std::string what_would_help_here(const ResultDocument& result, const Tally& tall
   const EquivalenceMetric* worst = worst_of(decided_by(result));
   if (warned("few-modes") && worst &&
       (worst->name.starts_with("rms_height") || worst->name.starts_with("scatter_")))
-    return "Light and the height of the surface contradict each other where few modes carry the roughness: "
-           "judge light alone (leave `statistics` out), or give a band of more modes.";
+    return "Where few modes carry the roughness, the PSF and the height of one surface cannot both be met. "
+           "Judge the PSF alone (leave `statistics` out), or give a band of more modes.";
   if (result.fitted.fit.status == FitStatus::kDegenerate)
-    return "The fit had no gradient to start along: " + result.fitted.fit.message + ".";
+    return "The fit had no gradient at its start: " + result.fitted.fit.message + ".";
   if (!result.choices.frontier && result.fitted.surface.captured_fraction > 0 &&
       result.fitted.surface.captured_fraction < kCarriesAll)
-    return "More terms would help: leave `terms` out and they are chosen.";
-  // The terms carry the roughness; no surface has more to give than its modes.
+    return "More terms would help. Leave `terms` out and the program chooses them.";
+  // Here the terms carry the roughness. A surface has no more degrees of freedom than modes.
   const double modes = result.has_roughness ? result.scene.numbers.n_eff : 0;
   if (result.choices.frontier && modes > 0 && modes < double(result.fitted.targets.size()))
     return fmt::format(
-        "{:.2g} modes carry the roughness (N_eff), fewer than the {} they have to meet: a larger margin or a "
-        "band of more modes would help, more terms would not.",
+        "{:.2g} modes carry the roughness (N_eff), but they have to meet {}. A larger margin or a band of "
+        "more modes would help; more terms would not.",
         modes, plural(long(result.fitted.targets.size()), "statistic"));
-  if (result.interrupted) return "The fit was interrupted: let it come to its end.";
+  if (result.interrupted) return "The fit was interrupted; let it run to its end.";
   if (result.fitted.fit.status != FitStatus::kConverged)
     return "The fit ended early (" + to_string(result.fitted.fit.status) +
            "): " + (result.fitted.fit.out_of_iterations ? "more iterations (`fit.max_iterations`), " : "") +
            "another `fit.seed` or " + (result.choices.frontier ? "a larger margin" : "more terms") +
            " would help.";
   if (result.choices.frontier)
-    return "No set of terms that was tried passes: try another `fit.seed` or a larger margin.";
+    return "None of the tried sets of terms passes. Try another `fit.seed` or a larger margin.";
   return "More terms (leave `terms` out), another `fit.seed` or a larger margin would help.";
 }
 
@@ -133,20 +141,20 @@ std::string what_would_help(const ResultDocument& result) {
   const Tally tally(decided_by(result));
   if (!result.judgement.light || !result.judgement.light->decides || result.judgement.light->obstacle.empty())
     return what_would_help_here(result, tally);
-  const std::string obstacle = "Light has no answer: " + result.judgement.light->obstacle + ".";
-  // What decides in its place may have left something open, or nothing.
+  const std::string obstacle = "Wave optics gives no verdict: " + result.judgement.light->obstacle + ".";
+  // The metrics that decide instead may still have failed or be undecided.
   return tally.different + tally.undecided > 0 ? obstacle + " " + what_would_help_here(result, tally)
                                                : obstacle;
 }
 
-// Least-squares terms that nothing says what to make of.
+// True for least-squares terms without a specification to judge them.
 bool only_map(const ResultDocument& result) { return result.map.fit && !result.has_roughness; }
 
 std::string stopped_by(const ResultDocument& result) {
   return result.stopped_by.empty() ? "" : " (stopped by " + result.stopped_by + ")";
 }
 
-// A measured part that is not the mean of its specification may well be one of its mirrors.
+// A measured part may differ from the mean of its specification and still be one of its mirrors.
 bool part_differs(const ResultDocument& result) {
   return result.map.fit && result.judgement.verdict == Verdict::kDifferent;
 }
@@ -154,44 +162,45 @@ bool part_differs(const ResultDocument& result) {
 std::string unjudged(const ResultDocument& result) {
   if (only_map(result))
     return fmt::format(
-        "NOT JUDGED - least-squares terms of a measured map: residual {} RMS, {} on the points kept back",
+        "NOT JUDGED: terms were fitted to a measured map by least squares; the residual is {} RMS, and {} on "
+        "the points kept back",
         metres_text(result.map.fit->rms_residual), metres_text(result.map.fit->rms_held_out));
-  if (result.fitted.fit.status == FitStatus::kNotRun) return "NOT JUDGED - nothing was fitted";
+  if (result.fitted.fit.status == FitStatus::kNotRun) return "NOT JUDGED: nothing was fitted";
   if (result.map.fit && result.judgement.light)
-    return "NOT JUDGED - light has no answer: " + result.judgement.light->obstacle;
+    return "NOT JUDGED: wave optics gives no verdict: " + result.judgement.light->obstacle;
   return (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", " : "") +
-         ("NOT JUDGED - fit: " + to_string(result.fitted.fit.status));
+         ("NOT JUDGED: the fit ended with status " + to_string(result.fitted.fit.status));
 }
 
 std::string judged(const ResultDocument& result, const ShownStatistics& shown, const Tally& tally) {
   std::string text =
       (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", the best so far: " : "") +
       upper_case(to_string(result.judgement.verdict)) +
-      (part_differs(result) ? " from the mean, " + worst_words(decided_by(result), shown, true) + ", in "
-                            : " in ") +
-      theory_words(result);
+      (part_differs(result) ? " from the mean, " + worst_words(decided_by(result), shown, true) + ", by "
+                            : " by ") +
+      theory_words(result) + ": " + tally.words();
+  if (result.judgement.confidence > 0)
+    text += fmt::format(" at {:.4g} % confidence", 100 * result.judgement.confidence);
+  if (!result.map.fit) text += tally.fitted_words();
   if (result.judgement.light && !result.judgement.light->decides && !result.judgement.light->metrics.empty())
-    text += "; in light " + upper_case(to_string(result.judgement.light->verdict)) +
+    text += "; by wave optics " + upper_case(to_string(result.judgement.light->verdict)) +
             (result.judgement.light->verdict == Verdict::kEquivalent
                  ? ""
                  : " (" + worst_words(result.judgement.light->metrics, shown) + ")");
-  if (result.judgement.character)
-    text += "; " + character_words(*result.judgement.character, result.judgement.verdict);
-  text += " - " + tally.words();
-  if (result.judgement.confidence > 0)
-    text += fmt::format(", {:.4g} % confidence", 100 * result.judgement.confidence);
-  return text + fmt::format("; {} held out", tally.held_out);
+  return result.judgement.character
+             ? text + "; " + character_words(*result.judgement.character, result.judgement.verdict)
+             : text;
 }
 
-// What to do with a surface that is equivalent.
+// Instructions to use an equivalent surface.
 std::string use_of(const ResultDocument& result) {
   if (!result.band.shares || !(result.band.shares->rest_rms > 0))
-    return "Give the surface the terms (coefficients.csv or an export): they are this mirror, and nothing is "
-           "left to scatter.";
+    return "Give the surface the terms (coefficients.csv or an export). They describe this mirror "
+           "completely; nothing is left to scatter.";
   return result.band.shares->cut > 0 ? std::string(kUse) + " " + kBeware : kUseWithoutTerms;
 }
 
-// How sure the answer is, what it rests on and what would change it.
+// Adds the certainty of the answer, its basis and its remedies.
 void add_answers(Page* page, const ResultDocument& result, const ShownStatistics& shown) {
   const std::vector<EquivalenceMetric>& deciding = decided_by(result);
   const auto say = [&](const char* label, std::string text) {
@@ -200,7 +209,7 @@ void add_answers(Page* page, const ResultDocument& result, const ShownStatistics
   if (const EquivalenceMetric* worst = worst_of(deciding)) {
     const Tally tally(deciding);
     say("How certain",
-        fmt::format("{}{} of {} were not seen by the fit; all were judged on {} that the fit has not used.",
+        fmt::format("{}{} of {} were not fitted; all were judged on {} that the fit did not use.",
                     result.judgement.confidence > 0
                         ? fmt::format("{:.4g} % confidence. ", 100 * result.judgement.confidence)
                         : "",
@@ -208,19 +217,18 @@ void add_answers(Page* page, const ResultDocument& result, const ShownStatistics
                     by_waves(result) ? "a finer grid" : "fresh rays"));
     const double used = std::max(std::abs(worst->interval[0]), std::abs(worst->interval[1]));
     if (std::isfinite(used))
-      say("What would change it",
-          fmt::format(
-              "The statistic nearest to its limit is {}: with a margin below {:.2g} % the answer would "
-              "not be \"equivalent\".",
-              shown.name(worst->name), 100 * used));
+      say("What would change it", fmt::format("The statistic nearest to its limit is {}. With a margin below "
+                                              "{:.2g} % the verdict would not be \"equivalent\".",
+                                              shown.name(worst->name), 100 * used));
   }
   if (const StatisticSpread* spread = result.scene.spread.worst())
-    say("One real mirror", "Single mirrors of this specification differ from their mean by " +
-                               spread_words(*spread) + ", one standard deviation, at most.");
+    say("One real mirror",
+        "Single mirrors of this specification vary about their mean with a standard deviation of up to " +
+            spread_words(*spread) + ".");
   if (result.has_roughness)
     say("What it rests on",
-        fmt::format("Targets by {}, the surface by {}; a stationary, isotropic, Gaussian roughness with the "
-                    "PSD that is given, and a scalar theory of light.",
+        fmt::format("Targets come from {}, statistics of the surface from {}. The roughness is taken as "
+                    "stationary, isotropic and Gaussian with the given PSD, and the theory is scalar.",
                     theory_name(result.scene.theory), by_waves(result) ? "diffraction" : "geometric rays"));
 }
 
@@ -237,7 +245,7 @@ void add_headline(Page* page, const ResultDocument& result, const ShownStatistic
                              ? use_of(result)
                              : "Worst: " + worst_words(decided_by(result), shown) + ". " +
                                    what_would_help(result));
-  // An answer with a reservation is not shown in the colour of one without.
+  // A positive answer with a reservation does not get the colour of one without.
   const bool other_character = result.judgement.character && !result.judgement.character->fault().empty();
   const bool light_differs = result.judgement.light && !result.judgement.light->decides &&
                              !result.judgement.light->metrics.empty() &&
@@ -249,8 +257,8 @@ void add_headline(Page* page, const ResultDocument& result, const ShownStatistic
 void add_map(Page* page, const ResultDocument& result) {
   const MapFitResult& map = *result.map.fit;
   page->say("Map",
-            fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, "
-                        "rank {} of {}, residuals worth {:.0f} independent points",
+            fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, rank {} of "
+                        "{}, {:.0f} independent residuals",
                         map.points, map.held_out_points, metres_text(map.rms_map), map.condition_number,
                         map.rank, result.fitted.terms.size(), map.independent_points) +
                 clear_text(result.clear));
@@ -270,7 +278,8 @@ void add_map(Page* page, const ResultDocument& result) {
 void add_scene(Page* page, const ResultDocument& result) {
   if (result.map.fit) add_map(page, result);
   if (only_map(result)) return;
-  if (!result.has_roughness) return page->say("Scene", "no roughness given; all targets are values");
+  if (!result.has_roughness)
+    return page->say("Scene", "no roughness is given; every target is a given value");
   const SceneNumbers& scene = result.scene.numbers;
   page->say(result.map.fit ? "Specified" : "Scene",
             fmt::format("RMS height {}, RMS slope {} per axis, correlation length {}, {:.4g} modes carry the "
@@ -282,22 +291,22 @@ void add_scene(Page* page, const ResultDocument& result) {
                                  result.scene.model, result.scene.needed.empty() ? "-" : result.scene.needed,
                                  result.scene.reason.empty() ? scene.reason : result.scene.reason));
   if (const auto& errors = result.scene.errors)
-    page->say("", fmt::format("generalised Harvey-Shack ee50 {}, ee80 {}, ee90 {}; rays are off by {} % "
-                              "(ee50) and {} % (ee90)",
+    page->say("", fmt::format("generalised Harvey-Shack gives ee50 {}, ee80 {}, ee90 {}; rays are wrong by "
+                              "{} % (ee50) and {} % (ee90)",
                               metres_text(errors->ghs.ee50), metres_text(errors->ghs.ee80),
                               metres_text(errors->ghs.ee90), signed_percent(errors->ray_ee50),
                               signed_percent(errors->ray_ee90)));
   if (const StatisticSpread* worst = result.scene.spread.worst())
-    page->say("", "single mirrors of this specification differ by " + spread_words(*worst) +
-                      ", one standard deviation, at most");
+    page->say("", "single mirrors of this specification vary by up to " + spread_words(*worst) +
+                      ", one standard deviation");
 }
 
 void add_solver(Page* page, const ResultDocument& result) {
-  const std::string points = plural(long(result.fitted.rays), by_waves(result) ? "grid cell" : "ray");
+  const std::string points = plural(long(result.fitted.rays), by_waves(result) ? "grid point" : "ray");
   const FitResult& fit = result.fitted.fit;
   const std::string terms = plural(long(result.fitted.terms.size()), "term");
   if (result.map.fit)
-    return page->say("Fit", only_map(result) ? fmt::format("{}, {:.3g} s; light by {}", to_string(fit.status),
+    return page->say("Fit", only_map(result) ? fmt::format("{}, {:.3g} s; PSF by {}", to_string(fit.status),
                                                            fit.seconds, points)
                                              : fmt::format("{}, {:.3g} s; {}, least squares",
                                                            to_string(fit.status), fit.seconds, terms));
@@ -305,7 +314,7 @@ void add_solver(Page* page, const ResultDocument& result) {
   page->say("Fit", fmt::format("{} after {}, {}, {:.3g} s: {}", to_string(fit.status),
                                plural(fit.iterations, "iteration"), plural(fit.evaluations, "evaluation"),
                                fit.seconds, fit.message));
-  page->say("", fmt::format("{}, {}, {}; {} of {} directions are set by the targets, {} unseen by them",
+  page->say("", fmt::format("{}, {}, {}; the targets determine {} of {} directions and do not depend on {}",
                             terms, points, plural(long(result.fitted.targets.size()), "target"), fit.rank,
                             result.fitted.terms.size(), fit.null_directions));
 }
@@ -328,9 +337,9 @@ void add_fit(Page* page, const ResultDocument& result) {
   const bool cells = by_waves(result);
   if (result.choices.rays && (result.choices.rays->automatic || cells) &&
       !result.choices.rays->reason.empty())
-    page->say(cells ? "Cells" : "Rays", result.choices.rays->reason);
+    page->say(cells ? "Grid" : "Rays", result.choices.rays->reason);
   if (result.band.shares) add_band(page, *result.band.shares, result.band.scatter, result.fitted.surface);
-  if (result.choices.frontier) add_frontier(page, *result.choices.frontier, cells ? "cells" : "rays");
+  if (result.choices.frontier) add_frontier(page, *result.choices.frontier, cells ? "points" : "rays");
   add_surface(page, result);
 }
 
@@ -341,7 +350,7 @@ struct Line {
   const EquivalenceMetric* metric = nullptr;
   bool at_focus = false, held_out = false;
 
-  // How much this line deserves to be seen: verdict first, then the share of the margin that is used up.
+  // Rank of this line: verdict first, then the used fraction of the margin.
   std::pair<int, double> severity() const {
     if (!metric) return {0, 0.0};
     const int rank = metric->verdict == Verdict::kDifferent   ? 2
@@ -382,7 +391,7 @@ std::vector<Line> statistic_lines(const ResultDocument& result) {
   return lines;
 }
 
-// Lines of the table under a title.
+// Lines of the table with a common title.
 struct Section {
   std::string title;
   std::vector<Line> lines;
@@ -394,7 +403,7 @@ Section section_of(const std::string& title, const std::vector<Line>& lines, aut
   return section;
 }
 
-// The `count` most severe of those lines, worst first; the title says of how many.
+// The `count` most severe of those lines, worst first. The title gives the number of all.
 Section worst_section(const std::string& title, std::size_t count, const std::vector<Line>& lines,
                       auto wanted) {
   Section section = section_of(title, lines, wanted);
@@ -412,17 +421,17 @@ std::vector<Section> sections_of(const ResultDocument& result, const std::vector
   const std::string of_map = "Statistics of the terms at the focus, by " + result.scene.model;
   if (all)
     return {section_of(only_map(result) ? of_map : "Fitted statistics", lines, fitted),
-            section_of("Held-out statistics, judged but not fitted", lines, held_out)};
+            section_of("Held-out statistics (judged, not fitted)", lines, held_out)};
   return {section_of(only_map(result) ? of_map
                      : result.map.fit ? "Statistics of the part at the focus"
                                       : "Fitted statistics at the focus",
                      lines, [](const Line& l) { return l.at_focus; }),
           worst_section("Fitted in other planes", kWorstFitted, lines,
                         [](const Line& l) { return !l.held_out && !l.at_focus; }),
-          worst_section("Held out, judged but not fitted", kWorstHeldOut, lines, held_out)};
+          worst_section("Held out (judged, not fitted)", kWorstHeldOut, lines, held_out)};
 }
 
-// with_spreads: how many spreads of single mirrors the difference is.
+// with_spreads: adds the difference in units of the spread of single mirrors.
 void add_row(Page::Table* table, const Line& line, const ShownStatistics& shown, bool with_spreads) {
   std::string difference = "-", interval = "-", verdict = "-";
   Page::Tone tone = Page::Tone::kPlain;
@@ -467,16 +476,16 @@ void add_statistics(Page* page, const ResultDocument& result, const ShownStatist
   page->parts.push_back(std::move(table));
 }
 
-// Light's answer, where the fit's own metrics are not light's.
+// Adds the verdict of wave optics if the fit's own metrics are not by wave optics.
 void add_light(Page* page, const ResultDocument& result, const ShownStatistics& shown, bool all) {
   const auto& light = result.judgement.light;
   if (!light) return;
   if (light->metrics.empty()) {
-    if (!light->obstacle.empty()) page->say("Light", "no answer: " + light->obstacle);
+    if (!light->obstacle.empty()) page->say("Light", "no verdict: " + light->obstacle);
     return;
   }
   Page::Table table{
-      std::string("The same surface in light, by diffraction") + (light->decides ? " (this decides)" : ""),
+      std::string("The same surface by wave optics") + (light->decides ? " (this decides)" : ""),
       {"", light->theory, "surface", "diff. [%]", "verdict"},
       "lrrrl"};
   const EquivalenceMetric* worst = worst_of(light->metrics);
@@ -490,7 +499,7 @@ void add_light(Page* page, const ResultDocument& result, const ShownStatistics& 
   page->parts.push_back(std::move(table));
 }
 
-// What differences mean, and whether the margin can see the roughness.
+// Explains the differences, and says if the margin is fine enough to see the roughness.
 void add_footnotes(Page* page, const ResultDocument& result) {
   const auto any = [&](auto wanted) {
     return std::any_of(result.judgement.metrics.begin(), result.judgement.metrics.end(), wanted);
@@ -499,23 +508,23 @@ void add_footnotes(Page* page, const ResultDocument& result) {
     page->say(
         "diff.",
         fmt::format(
-            "of an encircled-energy radius: the fraction less the share of the light inside the "
-            "target's radius, over max(r dE/dr, {0}); of ee_within and ensquared_within: the "
-            "share less its target, over {0}{1}",
+            "for an encircled-energy radius: nominal fraction minus the energy fraction inside the target's "
+            "radius, over max(r dE/dr, {0}); for ee_within and ensquared_within: fraction minus target, over "
+            "{0}{1}",
             kFlattestCurve,
             any([](const EquivalenceMetric& m) { return m.name == "strehl" || m.name.starts_with("mtf@"); })
-                ? fmt::format("; of strehl and mtf: less the target, over the target or {}, "
-                              "whichever is larger",
+                ? fmt::format("; for strehl and mtf: value minus target, over the larger of target and {}",
                               kFlattestCurve)
                 : ""));
   if (result.map.fit && result.scene.spread.worst())
-    page->say("spreads", "diff. over the standard deviation of it among mirrors of this specification");
+    page->say("spreads", "diff. in standard deviations among mirrors of this specification");
   if (result.judgement.perfect)
-    page->say("Perfect",
-              fmt::format("the perfect mirror's worst statistic in light{} is {:.3g} tolerances away ({})",
-                          result.judgement.perfect->mismatch < 1 ? "" : " in focus",
-                          result.judgement.perfect->mismatch,
-                          name_without_unit(result.judgement.perfect->statistic)));
+    page->say(
+        "Perfect",
+        fmt::format(
+            "the perfect mirror's worst statistic by wave optics{} is {:.3g} tolerances from its target ({})",
+            result.judgement.perfect->mismatch < 1 ? "" : " in the focus", result.judgement.perfect->mismatch,
+            name_without_unit(result.judgement.perfect->statistic)));
 }
 
 void add_spectrum(Page* page, const ResultDocument& result) {

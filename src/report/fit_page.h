@@ -7,17 +7,17 @@
 
 namespace aberfit::internal {
 
-// Parts of the page of a fit.
+// These functions add parts of the page of a fit.
 void add_band(Page* page, const BandShares& shares, const std::optional<ScatterOfRest>& scatter,
               const EquivalentSurface& surface);
-/// points_name: what the column of pupil points is called, "rays" or "cells".
+/// points_name: heading of the column of pupil points, "rays" or "cells".
 void add_frontier(Page* page, const Frontier& frontier, const std::string& points_name);
 void add_character(Page* page, const Character& character);
-/// The light of a map, one column for each surface; nothing without a map.
+/// Adds the focus of a map, one column per surface; nothing without a map.
 void add_map_light(Page* page, const FitOutcome& outcome);
 
-/// What the headline says beside `verdict`: "PSD and shape those of draws", "but not of this roughness:
-/// PSD 3.1 times at 12 /m".
+/// Addition to `verdict` in the headline: "PSD and shape those of draws", "but not of this roughness: PSD 3.1
+/// times at 12 /m".
 std::string character_words(const Character& character, Verdict verdict);
 
 }  // namespace aberfit::internal

@@ -14,27 +14,27 @@ namespace {
 
 std::string residual_words(const BandShares& shares) {
   if (!std::isfinite(shares.map_residual)) return "";
-  std::string text = fmt::format(" Residual of the map {}", metres_text(shares.map_residual));
+  std::string text = fmt::format(" The residual of the map is {}", metres_text(shares.map_residual));
   if (std::isfinite(shares.specified_residual))
-    text += fmt::format(", of its specification {}", metres_text(shares.specified_residual));
-  return text + (shares.rest_rms > 0 ? ": not added, the scatter stands for it." : ".");
+    text += fmt::format(", that of its specification {}", metres_text(shares.specified_residual));
+  return text + (shares.rest_rms > 0 ? "; it is not added because the scatter represents it." : ".");
 }
 
 std::string abg_words(const AbgFit& fit) {
   if (!fit.describes()) return no_abg(fit) + ".";
   return fmt::format(
-      "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; from {} to {} within {} (RMS {}), its own TIS {}.",
+      "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; its error from {} to {} is at most {} (RMS {}), its TIS {}.",
       fit.model.a, fit.model.b, fit.model.g, fit.at_least_b ? " (the least B)" : "",
       format_quantity(fit.theta_min, Dimension::kAngle), format_quantity(fit.theta_max, Dimension::kAngle),
       format_percent(fit.largest_error), format_percent(fit.rms_error), format_percent(fit.tis));
 }
 
-// The best model, and what the form that every program takes would miss.
+// Adds the best model, and the error of the form that every program accepts.
 void add_abg(Page* page, const std::vector<AbgFit>& fits) {
   if (fits.empty()) return;
   std::string text = abg_words(fits.back());
   if (fits.size() > 1 && fits.back().describes())
-    text += fmt::format(" With B above 1e-12, as OpticStudio takes it, {}: take the table there.",
+    text += fmt::format(" OpticStudio needs B above 1e-12, and then the error is {}: use the table there.",
                         format_percent(fits.front().largest_error));
   page->say("", text);
 }
@@ -46,9 +46,9 @@ std::string set_name(const FrontierPoint& point) {
 
 std::string rest_words(const MapLight& light, const MapPanels& panels) {
   const ResidualPsd& rest = light.rest;
-  if (!rest.obstacle.empty()) return "of the residual: none, " + rest.obstacle;
-  if (!(rest.rms_height > 0)) return "of the residual: none, the terms leave nothing that light could see";
-  return fmt::format("of the residual: {} to {}, RMS {} (of the map {}), TIS {}",
+  if (!rest.obstacle.empty()) return "the residual has none: " + rest.obstacle;
+  if (!(rest.rms_height > 0)) return "the residual has none: the terms leave nothing that affects the PSF";
+  return fmt::format("the residual from {} to {} has RMS {} (its map {}), TIS {}",
                      format_quantity(rest.f_min, Dimension::kSpatialFrequency),
                      format_quantity(rest.f_max, Dimension::kSpatialFrequency), metres_text(rest.rms_height),
                      metres_text(panels.residual.rms), format_percent(rest.tis));
@@ -62,8 +62,9 @@ void add_beside(Page::Table* table, const std::string& what, const BesideDraws& 
 
 void add_other_light(Page* page, const std::vector<OtherLight>& others) {
   if (others.empty()) return;
-  Page::Table table{
-      "Worst of ee35 to ee90 in other light, tolerances", {"", "fitted", "draws rms", "of"}, "lrrl"};
+  Page::Table table{"Largest difference of ee35 to ee90 at other wavelengths and stops, in tolerances",
+                    {"", "fitted", "realisations (RMS)", "of"},
+                    "lrrl"};
   std::vector<std::string> unanswered;
   for (const OtherLight& other : others) {
     const std::string what = other.stop < 1
@@ -74,7 +75,7 @@ void add_other_light(Page* page, const std::vector<OtherLight>& others) {
       table.add({what, fmt::format("{:.2f}", other.worst), fmt::format("{:.2f}", other.draws),
                  fmt::format("ee{:g}", 100 * other.fraction)});
     else
-      unanswered.push_back(what + ": no answer: " + other.obstacle);
+      unanswered.push_back(what + ": no value: " + other.obstacle);
   }
   if (!table.rows.empty()) page->parts.push_back(std::move(table));
   for (std::string& text : unanswered) page->say("", std::move(text));
@@ -120,35 +121,36 @@ void add_frontier(Page* page, const Frontier& frontier, const std::string& point
 
 std::string character_words(const Character& character, Verdict verdict) {
   const std::string fault = character.fault();
-  if (fault.empty()) return "PSD and shape those of draws";
-  return (verdict == Verdict::kEquivalent ? "but not of this roughness: " : "not of this roughness: ") +
+  if (fault.empty()) return "the PSD and shape are those of a random realisation";
+  return (verdict == Verdict::kEquivalent ? "but it is no realisation of this roughness: "
+                                          : "it is no realisation of this roughness: ") +
          fault;
 }
 
 void add_character(Page* page, const Character& character) {
   Page::Table table{
-      fmt::format("Character, beside {} draws", character.draws),
-      {"", "fitted", "draws", fmt::format("{:g} % of draws", 100 * law::kCharacterConfidence), ""},
+      fmt::format("Character, compared with {} random realisations", character.draws),
+      {"", "fitted", "mean", fmt::format("{:g} % of realisations", 100 * law::kCharacterConfidence), ""},
       "lrrrl"};
   for (const CharacterBin& bin : character.psd)
     add_beside(&table, fmt::format("PSD {:.4g} .. {:.4g} /m, ratio", bin.low, bin.high), bin.ratio);
   for (const ZoneSlope& zone : character.zones)
-    add_beside(&table, fmt::format("RMS slope {:.2f} .. {:.2f} R, share", zone.rho_min, zone.rho_max),
+    add_beside(&table, fmt::format("RMS slope {:.2f} .. {:.2f} R, ratio", zone.rho_min, zone.rho_max),
                zone.ratio);
   add_beside(&table, "RMS slope, x over y", character.slope_x_over_y);
   if (character.length_over_width)
     add_beside(&table, "image, length over width", *character.length_over_width);
   if (character.bright_share)
-    add_beside(&table, "light in brightest 1 % beyond ee35", *character.bright_share);
+    add_beside(&table, "energy in brightest 1 % beyond ee35", *character.bright_share);
   page->parts.push_back(std::move(table));
-  if (!character.light_obstacle.empty()) page->say("", "no image is looked at: " + character.light_obstacle);
+  if (!character.light_obstacle.empty()) page->say("", "no image was compared: " + character.light_obstacle);
   add_other_light(page, character.others);
 }
 
 void add_map_light(Page* page, const FitOutcome& outcome) {
   if (!outcome.map.light || !outcome.map.panels) return;
   const MapLight& light = *outcome.map.light;
-  Page::Table table{"Light of the map in the focus, by waves", {""}, "l"};
+  Page::Table table{"PSF of the map by wave optics", {""}, "l"};
   for (const MapColumnName& name : kMapColumns) table.heads.push_back(name.label), table.align += 'r';
   const auto row = [&](const char* name, double LitSurface::*value, Dimension dimension) {
     std::vector<std::string> cells = {name};
@@ -163,11 +165,10 @@ void add_map_light(Page* page, const FitOutcome& outcome) {
   page->parts.push_back(std::move(table));
   for (std::size_t k = 0; k < light.columns().size(); ++k)
     if (const std::string& obstacle = light.columns()[k]->obstacle; !obstacle.empty())
-      page->say("", std::string(kMapColumns[k].label) + ": no light, " + obstacle);
+      page->say("", std::string(kMapColumns[k].label) + ": no PSF, " + obstacle);
   page->say("Pupil",
-            fmt::format("all of the aperture on {} points of the map, without piston and tilt of "
-                        "the mount; {} of it has no height and has that of the terms, in all columns "
-                        "alike",
+            fmt::format("the whole aperture on {} points of the map, without piston and tilt of the mount; "
+                        "{} of it has no measured height and takes that of the terms in all columns",
                         light.cells, format_percent(light.filled_share)));
   page->say("PSD", rest_words(light, *outcome.map.panels));
 }

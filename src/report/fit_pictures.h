@@ -6,7 +6,7 @@
 
 namespace aberfit::internal {
 
-// What each picture shows is said in its script. Nothing where there is nothing to show.
+// The script of each picture says what it shows. A function returns nothing if there is nothing to show.
 Picture ee_curves_picture(const FitPictures& fit);
 Picture ring_through_picture(const FitPictures& fit);
 Picture focal_images_picture(const FitPictures& fit);

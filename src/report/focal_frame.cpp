@@ -21,8 +21,8 @@ double curve_end(const FocalLight& light, double dz) {
 }
 
 double image_half_width(double ee90, double scale) {
-  // In units of the spot's sigma: 2 for the blur of defocus and 3 for the spot; more for a halo, which is
-  // fainter as it is wider.
+  // In units of the spot's sigma we take 2 for the blur of defocus and 3 for the spot, and more for a halo,
+  // which is wide and faint.
   constexpr double kHalfWidth = 5, kWidest = 25, kHaloMargin = 1.35;
   // NaN: a spot without light
   const double wanted = std::isfinite(ee90) ? kHaloMargin * ee90 / scale : 0;

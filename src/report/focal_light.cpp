@@ -17,7 +17,7 @@ class RayLight : public FocalLight {
   RayLight(RayBundle rays, RayBundle nominal, Centre centre)
       : rays_(std::move(rays)), nominal_(std::move(nominal)), centre_(centre) {}
 
-  // The same estimators as in the result, so that picture and table agree.
+  // These are the estimators of the result, so that picture and table agree.
   double statistic(const Statistic& wanted) const override {
     return ray_statistic(rays_, nominal_, centre_, wanted);
   }

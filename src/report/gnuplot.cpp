@@ -37,7 +37,7 @@ std::string find_gnuplot() {
     const std::filesystem::path candidate =
         std::filesystem::path(path.substr(begin, end - begin)) / "gnuplot";
     std::error_code error;
-    // Relative entries would mean something else in the folder of the plots.
+    // We skip relative entries, which mean another folder in that of the plots.
     if (candidate.is_absolute() && std::filesystem::is_regular_file(candidate, error) &&
         ::access(candidate.c_str(), X_OK) == 0)
       return candidate.string();
@@ -48,7 +48,7 @@ std::string find_gnuplot() {
 
 namespace {
 
-// Its output, as much as anyone reads. False when it has not ended in that time.
+// Reads the output, of which only the beginning is kept. False if it has not ended after `longest`.
 bool read_all(int from, std::chrono::seconds longest, std::string* text) {
   constexpr std::size_t kKept = 1 << 16;
   const auto last = std::chrono::steady_clock::now() + longest;
@@ -57,7 +57,7 @@ bool read_all(int from, std::chrono::seconds longest, std::string* text) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(last - std::chrono::steady_clock::now());
     if (left.count() <= 0) return false;
     pollfd ready{from, POLLIN, 0};
-    if (::poll(&ready, 1, int(left.count())) <= 0) continue;  // a signal, or the time is over
+    if (::poll(&ready, 1, int(left.count())) <= 0) continue;  // a signal or a timeout
     const ssize_t count = ::read(from, buffer.data(), buffer.size());
     if (count == 0) return true;
     if (count < 0 && errno != EINTR) return true;
@@ -69,14 +69,14 @@ bool read_all(int from, std::chrono::seconds longest, std::string* text) {
 
 std::string run_gnuplot(const std::string& gnuplot, const std::string& directory, const std::string& script,
                         std::chrono::seconds longest) {
-  std::string option = "--default-settings", program = gnuplot, file = script;  // execv wants them mutable
+  std::string option = "--default-settings", program = gnuplot, file = script;  // execv needs mutable texts
   const std::array<char*, 4> arguments = {program.data(), option.data(), file.data(), nullptr};
   std::array<int, 2> said{};
   if (::pipe2(said.data(), O_CLOEXEC) != 0) return std::strerror(errno);
   const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   const pid_t child = ::fork();
   if (child == 0) {
-    // Only calls that are safe after fork in a program with threads.
+    // Only these calls are safe after fork in a program with threads.
     if (nothing >= 0) ::dup2(nothing, STDIN_FILENO);
     ::dup2(said[1], STDOUT_FILENO);
     ::dup2(said[1], STDERR_FILENO);

@@ -21,11 +21,11 @@ using namespace internal;
 
 namespace {
 
-constexpr std::size_t kMostBytes = 3'000'000;  // of the whole page
+constexpr std::size_t kMostBytes = 3'000'000;  // limit for the whole page
 
 using Filling = kainjow::mustache::data;
 
-// What the template is filled with, from JSON: false and null are absent, empty arrays, too.
+// Converts JSON for the template. False, null and empty arrays are absent.
 Filling mustache_of(const Json& json) {
   if (json.is_object()) {
     Filling object(Filling::type::object);
@@ -87,7 +87,7 @@ Json table_of(const Page::Table& table) {
           {"note", table.note}};
 }
 
-// Paragraphs that follow each other are one list.
+// Adjacent paragraphs become one list.
 Json parts_of(const std::vector<Page::Part>& parts) {
   Json all = Json::array();
   for (const Page::Part& part : parts)
@@ -107,7 +107,7 @@ Json parts_of(const std::vector<Page::Part>& parts) {
   return all;
 }
 
-// "focal length 2.8 m, conic -1": a block of a study in words, with the units that were typed.
+// A block of a study in words with the typed units: "focal length 2.8 m, conic -1".
 std::string words_of(const Json& node) {
   if (node.is_string()) return node.get<std::string>();
   std::string text;
@@ -144,7 +144,7 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
-// The drawing alone: an XML declaration has no place inside of a page.
+// The drawing alone, because a page must not contain an XML declaration.
 std::string svg_of(const std::string& file) {
   const std::size_t begin = file.find("<svg");
   return begin == std::string::npos ? "" : file.substr(begin);
@@ -173,7 +173,7 @@ std::string shown_number(const Json& value) {
   return value.is_string() ? value.get<std::string>() : value.is_null() ? "-" : value.dump();
 }
 
-// Every number of a document that stands alone, with what the schema says of it; lists by their length.
+// Adds every single number of a document with unit and meaning from the schema. Lists give their length.
 void add_numbers(const Json& value, const Json& schema, const std::string& key, Json* rows) {
   const Json& own = schema.contains("anyOf") ? schema["anyOf"][0] : schema;
   const Json* members = own.contains("properties") ? &own["properties"] : nullptr;
@@ -225,13 +225,13 @@ Json named(const std::vector<NamedPurpose>& all, const char* name, const char* p
   return list;
 }
 
-// Values of one key in several results, in their order; "-" where a result has none.
+// Values of one key in several results, in their order; "-" if a result has none.
 struct Compared {
   std::string unit, meaning;
   std::vector<std::string> values;
 };
 
-// The rows of results that do not all have the same value.
+// The rows whose values differ between results.
 Json differing(const std::vector<Json>& of_results) {
   std::vector<std::string> order;
   std::map<std::string, Compared> all;
@@ -253,7 +253,7 @@ Json differing(const std::vector<Json>& of_results) {
   return rows;
 }
 
-// Every value of a study, by its pointer.
+// Every value of a study with its pointer.
 Json flattened(const Json& study) {
   Json rows = Json::array();
   const Json flat = study.flatten();

@@ -5,7 +5,7 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kCharacter = 7.6, kLine = 15;  // of a letter of DejaVu Sans at 11 points [pixels]
+constexpr double kCharacter = 7.6, kLine = 15;  // size of a letter of DejaVu Sans at 11 points [pixels]
 
 double letters(const std::string& text) {
   return double(std::count_if(text.begin(), text.end(),

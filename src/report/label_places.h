@@ -13,13 +13,13 @@ struct PixelBox {
   }
 };
 
-/// Where labels go beside their points so that none covers another, a point or the frame: each takes the
-/// first free one of eight places around its point, in the order given (the important first); nullopt where
-/// none is free.
+/// Places labels beside their points so that none covers another, a point or the frame. Each label takes the
+/// first free one of eight places around its point, so important labels must come first; nullopt if none is
+/// free.
 class LabelPlaces {
  public:
   LabelPlaces(double width, double height) : width_(width), height_(height) {}
-  /// Keeps labels off a box; off a `weak` one only while there is another place.
+  /// Keeps labels off a box, or off a `weak` one if there is another place.
   void block(const PixelBox& box, bool weak = false) { (weak ? weak_ : taken_).push_back(box); }
   /// Centre of the label of `text` (UTF-8) beside a point; `radius`: half the size of the point's mark.
   struct Place {

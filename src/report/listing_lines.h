@@ -8,7 +8,7 @@
 
 namespace aberfit::internal {
 
-/// Lines of a small text file with the errors of its reader: file, line, what was found, what is allowed.
+/// Lines of a small text file. Errors of its reader name file, line, what was found and what is allowed.
 class ListingLines {
  public:
   explicit ListingLines(const std::string& path) : path_(path), lines_(path) {}
@@ -20,7 +20,7 @@ class ListingLines {
       if (!(text_ = trimmed(line)).empty()) return true;
     return false;
   }
-  /// The line moved to, without blanks at its ends.
+  /// The current line without blanks at its ends.
   std::string_view text() const { return text_; }
   long line() const { return lines_.number(); }
 
@@ -29,7 +29,7 @@ class ListingLines {
     for (const char c : found.substr(0, 60)) shown += c >= ' ' && c <= '~' ? c : '?';
     throw InputError(path_, "line " + std::to_string(line()), "\"" + shown + "\"", allowed);
   }
-  /// For what is missing from the file as a whole.
+  /// Error for something missing in the whole file.
   [[noreturn]] void fail_whole(const std::string& found, const std::string& allowed) const {
     throw InputError(path_, "", found, allowed);
   }

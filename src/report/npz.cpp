@@ -15,8 +15,8 @@ void add_little_endian(Integer value, std::string* bytes) {
   for (std::size_t k = 0; k < sizeof value; ++k) *bytes += char((value >> (8 * k)) & 0xff);
 }
 
-// What the header in front of a file and its entry in the directory have in common: from the version that is
-// needed to read it to the length of its name.
+// Adds the common part of the header of a file and its entry in the directory, from the version needed to
+// read it to the length of its name.
 void add_zip_entry(const std::string& name, const std::string& content, std::string* bytes) {
   constexpr std::uint16_t kVersion = 20, kStored = 0, kFirstOfJanuary1980 = 0x21;
   const auto size = std::uint32_t(content.size());
@@ -72,7 +72,7 @@ std::string stored_zip(const std::vector<std::pair<std::string, std::string>>& f
     add_little_endian(std::uint32_t(0x02014b50), &directory);
     add_little_endian(std::uint16_t(20), &directory);  // version of the writer
     add_zip_entry(name, content, &directory);
-    // No comment, the first disk, no attributes.
+    // There is no comment, the first disk, and no attributes.
     for (int k = 0; k < 3; ++k) add_little_endian(std::uint16_t(0), &directory);
     add_little_endian(std::uint32_t(0), &directory);
     add_little_endian(at, &directory);

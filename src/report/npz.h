@@ -7,9 +7,9 @@
 
 namespace aberfit::internal {
 
-/// An array of any number of axes, in C order: the last one runs fastest.
+/// An array of any number of axes in C order: the last axis changes fastest.
 struct NpyArray {
-  std::string name;  ///< with its unit
+  std::string name;  ///< name with unit
   std::vector<Eigen::Index> shape;
   std::vector<double> values;
 };
@@ -17,8 +17,8 @@ struct NpyArray {
 /// The bytes of an .npy file, format 1.0: little-endian doubles (NumPy, "NEP 1").
 std::string npy_bytes(const NpyArray& array);
 
-/// A zip archive of the files (name, bytes), stored without compression, dated 1980 so that equal contents
-/// are equal bytes (PKWARE, APPNOTE.TXT 4.3). Throws std::runtime_error beyond the 4 GiB of its 32-bit
+/// A zip archive of the files (name, bytes) without compression (PKWARE, APPNOTE.TXT 4.3). All dates are
+/// 1980, so that equal contents give equal bytes. Throws std::runtime_error above the 4 GiB of its 32-bit
 /// fields.
 std::string stored_zip(const std::vector<std::pair<std::string, std::string>>& files);
 

@@ -14,7 +14,7 @@ using namespace internal;
 
 namespace {
 
-// Characters that a terminal shows, of UTF-8.
+// Number of characters of a UTF-8 text on a terminal.
 std::size_t shown_width(const std::string& text) {
   return std::size_t(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
@@ -45,7 +45,7 @@ std::vector<std::size_t> widths_of(const Page::Table& table) {
   return widths;
 }
 
-// A long text in the last column goes on below itself.
+// A long text in the last column continues below in the same column.
 std::string line_of(const std::vector<std::string>& cells, const Page::Table& table,
                     const std::vector<std::size_t>& widths, std::size_t width) {
   std::string line;

@@ -37,7 +37,7 @@ std::string clear_text(const ClearRegion& clear) {
   std::string text = clear.aperture ? "; clear aperture: " + clear.text() : "";
   if (clear.said_invalid)
     text += *clear.said_invalid == 0 ? "; no sample has a value of `invalid`"
-                                     : fmt::format("; {} with a value of `invalid` made holes",
+                                     : fmt::format("; {} with a value of `invalid` became holes",
                                                    plural(*clear.said_invalid, "sample"));
   if (clear.taken_out > 0) text += fmt::format("; {} left out", plural(clear.taken_out, "sample"));
   return text;

@@ -8,26 +8,26 @@
 namespace aberfit::internal {
 
 inline constexpr std::size_t kColumns = 100;  ///< widest line of a table for people
-inline constexpr std::size_t kIndent = 10;    ///< of what stands behind "Scene", "Fit", ...
+inline constexpr std::size_t kIndent = 10;    ///< indent of the text after "Scene", "Fit", ...
 
-/// Words of `text` on lines of at most `width` columns; the first line begins with `label`, the others are
-/// indented as deep as `indent`.
+/// Words of `text` on lines of at most `width` columns. The first line begins with `label`, the others have
+/// `indent` blanks.
 std::string paragraph(const std::string& label, const std::string& text, std::size_t indent = kIndent,
                       std::size_t width = kColumns);
 
-/// Words of `text` on lines of at most `width` columns beyond the indent that all but the first begin with.
+/// Words of `text` on lines of at most `width` columns, not counting the indent of all lines but the first.
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent);
 
 /// "1 ray", "2 rays".
 std::string plural(long count, const std::string& thing);
 
-/// "; clear aperture: ...; 12 samples left out"; empty where the whole of a measurement is used.
+/// "; clear aperture: ...; 12 samples left out"; empty if the whole measurement is used.
 std::string clear_text(const ClearRegion& clear);
-/// Always four significant digits, so that the numbers of a row line up and can be compared: 100.0 nm beside
-/// 100.2 nm. "-" where there is none.
+/// Value with four significant digits, so that the numbers of a row align: 100.0 nm beside 100.2 nm. A value
+/// that does not exist gives "-".
 std::string four_digits(double value, Dimension dimension);
 
-/// A length in the unit that suits it.
+/// A length in a suitable unit.
 std::string metres_text(double metres);
 
 /// The pitches of a map: "1 mm along x and y", "1 mm along x, 0.25 mm along y".

@@ -20,7 +20,7 @@ namespace {
 
 AxisUnit unit(double largest, const std::vector<AxisUnit>& ascending) {
   AxisUnit best = ascending.front();
-  // 1.5: a picture of 1.2 mm reads better as 1200 um.
+  // The factor is 1.5, because 1200 um is easier to read than 1.2 mm.
   for (const AxisUnit& candidate : ascending)
     if (largest * candidate.per_si >= 1.5) best = candidate;
   return best;
@@ -32,7 +32,7 @@ std::string comments(const std::vector<std::string>& header) {
   return text;
 }
 
-// Rows of numbers with so many digits.
+// Adds rows of numbers with `digits` digits.
 void add_rows(Eigen::Index rows, Eigen::Index columns, int digits, const auto& number, std::string* text) {
   for (Eigen::Index row = 0; row < rows; ++row)
     for (Eigen::Index column = 0; column < columns; ++column)
@@ -46,14 +46,14 @@ void add_block(const PictureColumns& columns, std::string* text) {
       [&](Eigen::Index row, Eigen::Index column) { return columns[std::size_t(column)][row]; }, text);
 }
 
-// A real constant of gnuplot, which divides whole numbers as C does.
+// A constant with a decimal point or exponent, because gnuplot divides integers as C does.
 std::string gnuplot_number(double value) {
   if (!std::isfinite(value)) return "NaN";
   const std::string text = fmt::format("{:.9g}", value);
   return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
-// What stands behind `# key:` at the top of a script, over several lines where those begin with "#   ".
+// Text after `# key:` at the top of a script; lines that begin with "#   " continue it.
 std::string said(const std::string& script, const std::string& key) {
   const std::string begin = "# " + key + ": ";
   std::size_t at = script.find(begin);
@@ -162,7 +162,7 @@ std::vector<DrawnPicture> draw(const std::vector<Picture>& pictures, const std::
   const std::string gnuplot = find_gnuplot();
   write_file((folder / "common.gp").string(), embedded_text("common.gp"));
   std::vector<std::string> files(pictures.size()), problems(pictures.size());
-  // Maps take longest and come first, so that no thread is left with one at the end.
+  // Maps take longest and come first, so that no thread draws one alone at the end.
   std::vector<std::size_t> order(pictures.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_partition(order.begin(), order.end(),
@@ -178,12 +178,12 @@ std::vector<DrawnPicture> draw(const std::vector<Picture>& pictures, const std::
                            picture.name, format, picture.values));
     write_file((folder / (picture.name + ".gp")).string(), embedded_text(picture.script + ".gp"));
     std::error_code ignored;
-    for (const char* ending : {"png", "svg", "pdf"})  // one of an earlier run would lie about this
+    for (const char* ending : {"png", "svg", "pdf"})  // a picture of an earlier run would be wrong
       fs::remove(folder / (picture.name + "." + ending), ignored);
     files[k] = picture.name + "." + format;
     problems[k] = gnuplot.empty() ? "gnuplot is not on PATH"
                                   : run_gnuplot(gnuplot, folder.string(), picture.name + ".gp");
-    if (!problems[k].empty()) fs::remove(folder / files[k], ignored);  // half a picture
+    if (!problems[k].empty()) fs::remove(folder / files[k], ignored);  // incomplete
   });
   std::vector<DrawnPicture> drawn;
   std::string problem;
@@ -200,10 +200,9 @@ std::vector<DrawnPicture> draw(const std::vector<Picture>& pictures, const std::
   }
   if (!problem.empty() && warnings)
     warnings->push_back(
-        {"no-gnuplot", problem +
-                           ", so pictures are missing. Their data and scripts are in the folder plots of "
-                           "the results: install gnuplot with the terminals png, svg and pdf (Debian: "
-                           "gnuplot-nox), run `gnuplot NAME.gp` there."});
+        {"no-gnuplot", problem + ", so pictures are missing. Their data and scripts are in the folder "
+                                 "`plots` of the results. Install gnuplot with the terminals png, svg and "
+                                 "pdf (Debian: gnuplot-nox) and run `gnuplot NAME.gp` there."});
   return drawn;
 }
 
@@ -233,7 +232,7 @@ std::string gnuplot_text(const std::string& text) {
 
 namespace {
 
-// A tic at digit 10^power, with the power as superscript where it is long to write out.
+// A tic at digit 10^power. The power is a superscript if the number is long.
 std::string tic(double digit, int power) {
   const std::string at = fmt::format("{:.9g}", digit * std::pow(10.0, power));
   if (power >= -3 && power <= 4) return at;

@@ -7,8 +7,8 @@ using namespace internal;
 
 namespace {
 
-// Terms of a map without a specification have only their own light, which is that of `map_light` where rays
-// are no model of it.
+// True for a map without a specification whose focus needs wave optics. Then `map_light` shows it, and rays
+// would be wrong.
 bool rays_show_nothing(const ResultDocument& result) {
   return result.map.fit && !result.has_roughness && result.scene.model == "waves";
 }

@@ -5,7 +5,7 @@
 namespace aberfit::internal {
 namespace {
 
-// One row per bin or zone: edges, value and the band of draws.
+// Columns with one row per bin or zone: edges, value and the band of realisations.
 template <class Rows>
 PictureColumns columns(const Rows& rows, auto low, auto high) {
   PictureColumns result(6, Eigen::ArrayXd(Eigen::Index(rows.size())));

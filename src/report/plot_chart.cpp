@@ -14,9 +14,10 @@ using namespace internal;
 
 namespace {
 
-constexpr int kWidth = 1200, kHeight = 850;                                  // [pixels]
-constexpr double kLeft = 0.085, kRight = 0.975, kLow = 0.09, kHigh = 0.835;  // frame, of the picture
-constexpr double kMark = 6;                                                  // half a point [pixels]
+constexpr int kWidth = 1200, kHeight = 850;  // [pixels]
+constexpr double kLeft = 0.085, kRight = 0.975, kLow = 0.09,
+                 kHigh = 0.835;  // frame [picture]
+constexpr double kMark = 6;      // half size of a point [pixels]
 constexpr std::size_t kColours = 7;
 constexpr double kSmallest = 1e-17;  // errors of 0 have no place on a logarithmic axis
 
@@ -35,8 +36,8 @@ std::string short_label(const ChartRow& row) {
   return fmt::format("{:g}", row.value);
 }
 
-// gnuplot's tics of seconds at the powers of ten (the axis holds one) with the prefix in the label, and small
-// ones between. gnuplot's own prefixes know no micro sign.
+// gnuplot tics of seconds: labels with prefix at the powers of ten, of which the axis has at least one, and
+// small tics between. gnuplot's own prefixes have no micro sign.
 std::string decade_tics(double low, double high) {
   static const char* const kPrefixes[] = {"p", "n", "µ", "m", "", "k", "M"};
   std::string tics;
@@ -84,7 +85,7 @@ class FamilyPicture {
     if (family.tolerance > 0) y_.hold(family.tolerance);
     if (has_zero_) y_.hold(y_.low / 10);
     x_.widen(0.08, 1.5);
-    x_.widen(0, std::sqrt(std::max(1.0, 12 * x_.low / x_.high)));  // so that it holds a power of ten
+    x_.widen(0, std::sqrt(std::max(1.0, 12 * x_.low / x_.high)));  // so that it contains a power of ten
     y_.widen(0.07, 1.6);
   }
   bool empty() const { return methods_.empty(); }
@@ -155,7 +156,7 @@ class FamilyPicture {
     std::sort(rows.begin(), rows.end(), [](const ChartRow* a, const ChartRow* b) {
       return a->seconds < b->seconds || (a->seconds == b->seconds && a->error > b->error);
     });
-    for (std::size_t i = 0; i + 1 < rows.size(); ++i) {  // where the stairs will be
+    for (std::size_t i = 0; i + 1 < rows.size(); ++i) {  // lines of the stairs
       const double x = pixel_x(rows[i]->seconds), next = pixel_x(rows[i + 1]->seconds);
       const double y = pixel_y(shown_error(*rows[i])), down = pixel_y(shown_error(*rows[i + 1]));
       places_.block({x, next, y - 4, y + 4}, true);
@@ -167,7 +168,7 @@ class FamilyPicture {
     picture->set("tolerance", family_.tolerance > 0 ? family_.tolerance : 0.0);
     if (!(family_.tolerance > 0)) return;
     const std::string text = fmt::format("{}: {:.3g}", family_.tolerance_of, family_.tolerance);
-    // On the side where no point is in the way.
+    // The label stands on the side without points in the way.
     const double y = pixel_y(family_.tolerance), width = 8.0 * double(text.size());
     const double right = kWidth * (kRight - kLeft);
     const bool on_right = std::any_of(family_.rows.begin(), family_.rows.end(), [&](const ChartRow& row) {

@@ -11,7 +11,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Standard deviation of coefficient i, 0 where none was computed (the band then vanishes).
+// Standard deviation of coefficient i; 0 if none was computed, so that the band vanishes.
 double deviation(const ResultDocument& result, Eigen::Index i) {
   const Eigen::VectorXd& std = result.fitted.fit.coefficient_std;
   return i < std.size() && std::isfinite(std[i]) ? std[i] : 0.0;
@@ -57,10 +57,10 @@ void zernike_panels(const ResultDocument& result, Picture* picture) {
                         "columns: n rms_height_m rms_std_m"},
                        {radial, rms, spread});
 
-  // Linear axes while all orders can be read on them.
+  // Axes are linear as long as all orders are legible.
   const bool steep = rms.minCoeff() > 0 && largest_size(rms) > 30 * rms.minCoeff();
   picture->set("steep", int(steep));
-  // A coefficient that happens to be next to nothing must not stretch the axis.
+  // A coefficient that is nearly 0 by chance must not stretch the axis.
   picture->set("lowest", rms.minCoeff() / 300);
   picture->set("mark", count > 400 ? 0.35 : 0.7);
   picture->set("first_noll", noll.minCoeff());

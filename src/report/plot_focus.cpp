@@ -17,11 +17,11 @@ struct Branch {
   const char* key;  // in file names
   const char* label;
   const FocalLight* light;
-  int column;  // of the curves, and one more than gnuplot's line type
+  int column;  // column of the curves; gnuplot's line type + 1
 };
 
-// Ideal, target and fitted; the target only where there is one, and the fitted surface only where there is a
-// term: without, it is the ideal mirror, and its light the target by construction.
+// Ideal mirror, target if there is one, and fitted surface. Without terms that surface is the ideal mirror
+// with the target's scatter and is left out.
 std::vector<Branch> branches(const FitPictures& fit) {
   std::vector<Branch> all = {{"ideal", "ideal mirror", &fit.ideal, 2}};
   if (fit.target) all.push_back({"target", "target (Harvey-Shack)", fit.target, 3});
@@ -30,7 +30,7 @@ std::vector<Branch> branches(const FitPictures& fit) {
   return all;
 }
 
-// The scripts' `curves`, numbers of the line types, and `label`s at those numbers.
+// Sets `curves` of a script, the numbers of the line types, and labels at those numbers.
 void set_curves(const std::vector<Branch>& all, const std::string& labels_name,
                 const std::vector<std::string>& texts, Picture* picture) {
   std::string curves;
@@ -59,19 +59,19 @@ std::string length_text(double value) {
   return std::isfinite(value) ? display(value, Dimension::kLength) : "none";
 }
 
-// A plane [m] that is no further before the focus than nine tenths of the way to the mirror - rings of light
-// that scatters widely fade only beyond - nor than the light of the surface is known.
+// Limits dz [m] to 0.9 f, because planes for wide scatter may lie behind the mirror, and to the planes where
+// the irradiance of the surface is known.
 double within_reach(const FitPictures& fit, double dz) {
   const double farthest = std::min(0.9 * fit.mirror.focal_length, fit.fitted.farthest_plane());
   return std::clamp(dz, -farthest, farthest);
 }
 
-// f sigma_f / R: the defocus at which the geometric blur of the rim equals the spot.
+// Defocus f sigma_f / R at which the geometric blur of the rim equals the spot.
 double plane_unit(const FitPictures& fit) {
   return fit.mirror.focal_length * spot_scale(fit) / aperture_radius(fit.aperture);
 }
 
-// Step between tics of about `wanted`: 1, 2 or 5 times a power of ten.
+// Step of about `wanted` between tics: 1, 2 or 5 times a power of ten.
 double nice_step(double wanted) {
   if (!(wanted > 0)) return 1;
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
@@ -80,7 +80,7 @@ double nice_step(double wanted) {
   return 10 * decade;
 }
 
-// Targets of EE radii at the focus: (radius, fraction).
+// Radii and fractions of the EE targets at the focus.
 std::pair<Eigen::ArrayXd, Eigen::ArrayXd> fitted_fractions(const ResultDocument& result) {
   std::vector<double> radius, fraction;
   for (const Target& target : result.fitted.targets)
@@ -91,8 +91,8 @@ std::pair<Eigen::ArrayXd, Eigen::ArrayXd> fitted_fractions(const ResultDocument&
   return {array_of(radius), array_of(fraction)};
 }
 
-// Labels with ee50 and ee90 of each curve, and those radii for the scripts' uprights: none of the ideal
-// mirror, and none of a perfect focus, whose radii are rounding errors.
+// Sets labels with ee50 and ee90 of each curve, and the radii of the script's vertical lines. The ideal
+// mirror has no lines, nor has a perfect focus, whose radii are rounding errors.
 void set_ee_radii(const std::vector<Branch>& all, double last, Picture* picture) {
   std::vector<std::string> labels;
   std::vector<double> ee50(3, NAN), ee90(3, NAN);
@@ -129,13 +129,13 @@ Picture ee_curves_picture(const FitPictures& fit) {
   }
   Picture picture("ee_curves", fit.result.title);
   picture.add_columns("ee_curves.dat",
-                      {"Encircled energy: fraction of the light within a radius of the centre at z = f",
+                      {"Encircled energy: fraction of the energy within a radius of the centre at z = f",
                        "columns: radius_m ideal target fitted standard_error_of_target (nan: no target)"},
                       {radii, fit.ideal.encircled_energy(radii), target, fitted, error});
   if (asked_radius.size() > 0)
     picture.add_columns(
         "ee_targets.dat",
-        {"Encircled-energy radii the fit was asked for at z = f", "columns: radius_m fraction"},
+        {"Encircled-energy radii that are targets of the fit at z = f", "columns: radius_m fraction"},
         {asked_radius, asked_fraction});
   picture.set("last", last);
   picture.set("r", length_unit(last));
@@ -150,8 +150,8 @@ Picture ee_curves_picture(const FitPictures& fit) {
 
 namespace {
 
-// The FWHM through a ring, where the curve of it has both halves: a search for planes that the picture does
-// not show takes minutes, and nobody could see what it found.
+// The FWHM through a ring, if its curve shows both halves. A search for planes outside of the picture would
+// take minutes.
 std::string width_text(const FocalLight& light, double ring, const Eigen::ArrayXd& curve) {
   double peak = 0, first = NAN, last = NAN;
   for (const double share : curve) {
@@ -164,9 +164,9 @@ std::string width_text(const FocalLight& light, double ring, const Eigen::ArrayX
   return std::isfinite(last) ? "beyond these planes" : "none";
 }
 
-using Curve = std::map<double, double>;  // share of the light inside a ring, by plane [m]
+using Curve = std::map<double, double>;  // fraction of the energy inside a ring, by plane [m]
 
-// The polynomial through the two points on either side of a plane, without the plane itself.
+// Value at `plane` of the polynomial through the two points on either side, without the point there.
 double by_neighbours(const Curve& curve, double plane) {
   std::vector<Curve::const_iterator> about;
   for (auto at = curve.upper_bound(plane); at != curve.end() && about.size() < 2; ++at) about.push_back(at);
@@ -183,9 +183,9 @@ double by_neighbours(const Curve& curve, double plane) {
   return sum;
 }
 
-// A plane of light may take a tenth of a second, so there are as few as a smooth line needs: half as far
-// apart again beside every plane that its neighbours do not foretell. Halfway between planes a cubic errs by
-// a seventh of such a miss, here less than two pixels.
+// A plane of wave optics may take a tenth of a second, so we compute as few as a smooth curve needs. If the
+// interpolation from its neighbours misses a plane, we add planes halfway to both neighbours. Halfway between
+// planes, the error of a cubic is a seventh of that miss, here less than two pixels.
 Eigen::ArrayXd smooth_curve(const FocalLight& light, double ring, const Eigen::ArrayXd& drawn) {
   constexpr int kFirst = 21, kRounds = 2;
   constexpr double kMiss = 0.01;
@@ -215,7 +215,7 @@ Picture ring_through_picture(const FitPictures& fit) {
   if (!(ring > 1e-12)) ring = 2 * spot_scale(fit);
   const double last =
       within_reach(fit, kReach * ring * fit.mirror.focal_length / aperture_radius(fit.aperture));
-  const bool smooth = fit.result.scene.model == "waves";  // rays are counted in all planes at once
+  const bool smooth = fit.result.scene.model == "waves";  // rays give all planes at once
   const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(smooth ? 201 : 1001, -last, last);
   const Eigen::ArrayXd none = Eigen::ArrayXd::Constant(planes.size(), NAN);
   PictureColumns columns = {planes, none, none, none};
@@ -229,7 +229,7 @@ Picture ring_through_picture(const FitPictures& fit) {
   Picture picture("ring_through", fit.result.title);
   picture.add_columns(
       "ring_through.dat",
-      {fmt::format("Fraction of the light inside a ring of radius {:.9g} m, centred on the focus", ring),
+      {fmt::format("Fraction of the energy inside a ring of radius {:.9g} m, centred on the focus", ring),
        "columns: plane_dz_m (offset from z = f) ideal target fitted (nan: no target)"},
       columns);
   set_curves(all, "label", labels, &picture);
@@ -245,18 +245,18 @@ namespace {
 
 struct Plane {
   const char* key;
-  double units;  // of plane_unit
+  double units;  // dz in units of plane_unit
 };
 constexpr Plane kPlanes[] = {{"before", -2.0}, {"focus", 0.0}, {"behind", 2.0}};
 constexpr int kPixels = 129;  // odd, so that the centre is a pixel
 
-// Adds an image of the light over +-half [m].
+// Adds an image of the irradiance over +-half [m].
 void add_image(const Branch& branch, const std::string& file, double dz, double half,
                const Eigen::ArrayXXd& image, Picture* picture) {
   const double pixel = 2 * half / kPixels;
   picture->add_matrix(
       file,
-      {fmt::format("Fraction of the light per pixel, {} at dz = {:.9g} m from z = f", branch.label, dz),
+      {fmt::format("Fraction of the energy per pixel, {} at dz = {:.9g} m from z = f", branch.label, dz),
        fmt::format(
            "{0} x {0} pixels of {1:.9g} m; rows from -y to +y, columns from -x to +x; the first pixel is "
            "centred on {2:.9g} m in x and y",
@@ -316,7 +316,7 @@ std::optional<Picture> focal_core_picture(const FitPictures& fit) {
   if (fit.result.scene.model != "waves") return std::nullopt;
   const double airy = 0.61 * fit.wavelength * fit.mirror.focal_length / aperture_radius(fit.aperture);
   const double half = kAiryRadii * airy;
-  // The other picture shows it already.
+  // Then focal_images shows the core already.
   if (image_half_width(reference(fit).statistic(EncircledEnergyRadius{0.9, 0.0}), spot_scale(fit)) <
       1.5 * half)
     return std::nullopt;
@@ -340,7 +340,7 @@ std::optional<Picture> focal_core_picture(const FitPictures& fit) {
 
 namespace {
 
-// Modulus of a transfer function by radius of its lags: mean, least and largest over directions.
+// Modulus of a transfer function by lag: mean, smallest and largest over directions.
 PictureColumns round_modulus(const TransferImage& otf) {
   const Eigen::Index count = otf.middle + 1;
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(count), weight = sum, most = sum,
@@ -357,7 +357,7 @@ PictureColumns round_modulus(const TransferImage& otf) {
   return {otf.step * Eigen::ArrayXd::LinSpaced(count, 0.0, double(otf.middle)), sum / weight, least, most};
 }
 
-// A curve over other frequencies that begin at 0; 0 beyond its own.
+// A curve at other frequencies, which begin at 0; 0 beyond its own range.
 Eigen::ArrayXd interpolated(const Eigen::ArrayXd& frequency, const Eigen::ArrayXd& value,
                             const Eigen::ArrayXd& wanted) {
   return wanted.unaryExpr([&](double f) {

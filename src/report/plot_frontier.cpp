@@ -9,7 +9,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Points of one kind as columns; a picture of logarithms has no room for zeros.
+// Points of one kind as columns. A logarithmic axis cannot show zeros.
 PictureColumns columns(const std::vector<FrontierPoint>& points, auto wanted) {
   std::vector<const FrontierPoint*> picked;
   for (const FrontierPoint& point : points)
@@ -32,7 +32,7 @@ Picture frontier_picture(const FitPictures& fit) {
   Picture picture("frontier", fit.result.title);
   const auto add = [&](const char* suffix, auto wanted) {
     PictureColumns data = columns(frontier.points, wanted);
-    // gnuplot calls a file without a row an error.
+    // A file without rows is an error for gnuplot.
     if (data[0].size() == 0)
       for (Eigen::ArrayXd& column : data) column = Eigen::ArrayXd::Constant(1, NAN);
     picture.add_columns(
@@ -48,7 +48,7 @@ Picture frontier_picture(const FitPictures& fit) {
   add("all", [](const FrontierPoint&) { return true; });
   const Eigen::ArrayXd terms = columns(frontier.points, [](const FrontierPoint&) { return true; })[0];
   const double low = 0.8 * terms.minCoeff(), high = 1.25 * std::max(1.0, terms.maxCoeff());
-  // Tics where sets are, as many as have room, the one taken first; decades alone would leave a narrow search
+  // Tics are at the sets, as many as fit, the chosen set first. Decades alone would leave a narrow search
   // without a number.
   const double apart = std::pow(high / low, 1.0 / 16);
   std::vector<double> placed;

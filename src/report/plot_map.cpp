@@ -11,7 +11,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Points a side of a drawn map, at most: beyond, every second, third, ... is shown.
+// Largest number of points per side of a drawn map. A larger map shows every second, third, ... point.
 constexpr Eigen::Index kMostDrawn = 512;
 Eigen::ArrayXXd thinned(const Grid& height, Eigen::Index step) {
   const auto every = [&](Eigen::Index n) { return Eigen::seqN(0, (n + step - 1) / step, step); };
@@ -37,8 +37,8 @@ Picture map_heights_picture(const FitPictures& fit) {
     picture.add_matrix(
         fmt::format("map_heights_{}.dat", key),
         {fmt::format(
-             "Height [m] of the surface, {}, positive towards the light, piston and tilt of the mount "
-             "off; nan where nothing was measured; RMS {:.6g}, peak to valley {:.6g} of all points",
+             "Height [m] of the surface, {}, positive towards the incoming light, without piston and tilt of "
+             "the mount; nan where nothing was measured; RMS {:.6g}, peak to valley {:.6g} of all points",
              label, panel->rms, panel->peak_to_valley),
          fmt::format("rows from -y to +y, columns from -x to +x, every {} of the map's points; the first at "
                      "{:.9g}, {:.9g} m",
@@ -57,7 +57,7 @@ Picture map_heights_picture(const FitPictures& fit) {
 }
 
 Picture map_light_picture(const FitPictures& fit) {
-  constexpr double kFaintest = 1e-5;  // of the perfect mirror's peak
+  constexpr double kFaintest = 1e-5;  // fraction of the perfect mirror's peak
   const MapLight& light = *fit.result.map.light;
   const double last = light.radius[light.radius.size() - 1];
   const PsfImage& first = light.perfect.psf;
@@ -88,8 +88,8 @@ Picture map_light_picture(const FitPictures& fit) {
   }
   picture.add_columns(
       "map_light.dat",
-      {"Encircled energy: fraction of the light within a radius of the nominal focus, at z = f",
-       "columns: radius_m measured terms terms_and_residual_psd perfect (nan: no light)"},
+      {"Encircled energy: fraction of the energy within a radius of the nominal focus, at z = f",
+       "columns: radius_m measured terms terms_and_residual_psd perfect (nan: no PSF)"},
       columns);
   picture.set("height", images ? 1080 : 620);
   picture.set("images", int(images));

@@ -52,7 +52,8 @@ Picture structure_function_picture(const PsdReport& report) {
     curves.push_back({d.separation, d.mean_square,
                       model_height_differences(report.fit, report.estimate.kind, d.separation)});
   picture.add_blocks("structure_function.dat",
-                     {"separation [m], D of the measurement [m^2], D of the model; a block a file"}, curves);
+                     {"separation [m], D of the measurement [m^2], D of the model; one block per file"},
+                     curves);
   double first = HUGE_VAL, last = 0, low = HUGE_VAL, high = 0;
   for (const PictureColumns& curve : curves) {
     first = std::min(first, least_positive(curve[0])), last = std::max(last, largest_size(curve[0]));
@@ -66,7 +67,7 @@ Picture structure_function_picture(const PsdReport& report) {
   return picture;
 }
 
-// The least and the largest of each run of points, in their order, where there are more than a picture shows.
+// The smallest and the largest of each run of points, in their order, if a picture cannot show all.
 PictureColumns thinned(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
   constexpr Eigen::Index kRuns = 1200;
   if (x.size() <= 4 * kRuns) return {x, y};
@@ -85,11 +86,10 @@ PictureColumns thinned(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
 Picture profile_picture(const PsdReport& report, const Profile& measured, const std::string& name) {
   const Profile heights = detrend(heights_of(measured), report.estimate.options.detrend);
   Picture picture(name, report.title, "data_profile");
-  picture.add_columns(
-      name + ".dat",
-      {"Detrended heights of the measured profile: x [m], height [m]; of a long one the least and "
-       "the largest of each run of points"},
-      thinned(heights.x, heights.value));
+  picture.add_columns(name + ".dat",
+                      {"Detrended heights of the measured profile: x [m], height [m]; a long one has the "
+                       "least and the largest height of each run of points"},
+                      thinned(heights.x, heights.value));
   picture.set("x", length_unit(heights.x.abs().maxCoeff()));
   picture.set("h", length_unit(largest_size(heights.value)));
   return picture;
@@ -109,9 +109,10 @@ Picture map_picture(const PsdReport& report, const HeightMap& measured, const Cl
   picture.set("x", length_unit(std::max(std::abs(map.x0), std::abs(map.y0))));
   picture.set("h", length_unit(reach));
   picture.set("reach", reach);
-  picture.set("extremes", largest > 1.5 * reach ? fmt::format(", colours of 99.9 %; largest {}",
-                                                              display(largest, Dimension::kLength))
-                                                : std::string());
+  picture.set("extremes", largest > 1.5 * reach
+                              ? fmt::format(", colours span 99.9 % of the points; largest {}",
+                                            display(largest, Dimension::kLength))
+                              : std::string());
   picture.set_pixels(map.x0, map.pitch_x, map.y0, map.pitch_y);
   picture.add_rim(clear, map.x0 - measured.x0, map.y0 - measured.y0);
   return picture;

@@ -13,11 +13,10 @@ std::vector<DrawnPicture> draw_pictures(const PsdOfFocus& result, const std::str
   const Eigen::ArrayXd deviation = (result.noise.square() + result.spread.square()).sqrt();
   const Eigen::ArrayXd left = (result.measured - result.fitted) / deviation;
   Picture picture("focus", result.title);
-  picture.add_columns(
-      "focus.dat",
-      {"Radius [m], measured light, fitted light, standard deviation (noise and one mirror's own "
-       "spread), measured minus fitted over that"},
-      {result.radius, result.measured, result.fitted, deviation, left});
+  picture.add_columns("focus.dat",
+                      {"Radius [m], measured energy, fitted energy, standard deviation (noise and the spread "
+                       "of single mirrors), measured minus fitted over that"},
+                      {result.radius, result.measured, result.fitted, deviation, left});
   const AxisUnit unit = length_unit(result.radius.maxCoeff());
   const double low = result.radius.minCoeff() / 1.1, high = result.radius.maxCoeff() * 1.1;
   picture.set("r", unit);
@@ -25,8 +24,8 @@ std::vector<DrawnPicture> draw_pictures(const PsdOfFocus& result, const std::str
   picture.set("is_image", int(result.is_image));
   picture.set("logarithmic",
               int(result.is_image && (result.measured > 0).all() && (result.fitted > 0).all()));
-  picture.set("measured",
-              result.is_one_mirror ? "measured, with noise and one mirror's spread" : "measured, with noise");
+  picture.set("measured", result.is_one_mirror ? "measured, with noise and spread of single mirrors"
+                                               : "measured, with noise");
   picture.set("reach", std::max(3.5, 1.1 * left.abs().maxCoeff()));
   return draw({picture}, directory, options, warnings);
 }

@@ -12,7 +12,7 @@ using namespace internal;
 
 namespace {
 
-// Numbers on an axis of logarithms in the unit that suits their largest.
+// Unit of a logarithmic axis that suits the largest number.
 AxisUnit axis_unit(const SolveUnknown& unknown, double largest) {
   if (unknown.dimension == Dimension::kLength) return length_unit(largest);
   if (unknown.dimension == Dimension::kSpatialFrequency)
@@ -20,7 +20,7 @@ AxisUnit axis_unit(const SolveUnknown& unknown, double largest) {
   return {1, unknown.dimension == Dimension::kPsd2d ? "m^4" : "1"};
 }
 
-// The second unknown across, the first up.
+// The second unknown is on the horizontal axis, the first on the vertical one.
 Picture contour_picture(const Specification& spec) {
   const auto count = Eigen::Index(spec.contour.points.size());
   Eigen::ArrayXd x(count), y(count);

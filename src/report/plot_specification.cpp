@@ -11,7 +11,7 @@
 namespace aberfit::internal {
 namespace {
 
-// Decades of the axis below the largest value: what is fainter is of no use to anyone.
+// Number of decades of the axis below the largest value; fainter values are useless.
 constexpr double kDecades = 10;
 
 PictureColumns bins_of(const Character& character) {
@@ -35,7 +35,7 @@ void add_scatter(const std::string& name, const ScatterTable& table, Picture* pi
   picture->set(name + "_text", fmt::format(", TIS {:.3g}", table.tis));
 }
 
-// From a tenth of the angle that the aperture resolves to where all functions have fallen so many decades.
+// Sets axes from a tenth of the resolved angle to the angle where all functions are below kDecades.
 void set_scatter_axes(const std::vector<const ScatterTable*>& tables, double resolved, Picture* picture) {
   double high = 0, last = 0;
   for (const ScatterTable* table : tables)
@@ -103,7 +103,7 @@ std::optional<Picture> bsdf_picture(const FitPictures& fit) {
   if (fit.psd) {
     try {
       whole = scatter_table(ScatterFunction(*fit.psd, fit.wavelength));
-    } catch (const ComputationError&) {  // its structure function is infinite: only a part of it scatters
+    } catch (const ComputationError&) {  // infinite structure function: only a part scatters
     }
   }
   std::vector<const ScatterTable*> tables;

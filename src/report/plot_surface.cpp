@@ -22,11 +22,11 @@ double grid_line(const FitPictures& fit, int i) {
   return aperture_radius(fit.aperture) * (2.0 * i / (fit.grid_size - 1) - 1.0);
 }
 
-// Whether points exactly on the rim, where rounding would decide, belong to a map: a cut should reach the
-// rim, while in a map the four outermost points of a circle stick out as single pixels.
+// Scales coordinates so that rounding does not decide if a point on the rim belongs to the mirror. A cut
+// reaches the rim; in a map the four outermost points of a circle would stick out as single pixels.
 constexpr double kWithRim = 1 - 1e-9, kWithoutRim = 1 + 1e-9;
 
-// The mirror's part of values on the grid, NaN elsewhere; row = y, column = x.
+// Values of the grid on the mirror, NaN elsewhere; row = y, column = x.
 Eigen::ArrayXXd mirror_map(const FitPictures& fit, const Eigen::ArrayXd& values, double rim) {
   const auto on_mirror = [&](double x, double y) {
     return aperture_contains(fit.aperture, rim * x, rim * y, 0.0);
@@ -41,7 +41,7 @@ Eigen::ArrayXXd mirror_map(const FitPictures& fit, const Eigen::ArrayXd& values,
   return map;
 }
 
-// The line through the vertex along x (or y); between two lines of an even grid their mean.
+// The line through the vertex along x (or y). In an even grid it is the mean of the two middle lines.
 Eigen::ArrayXd cut(const Eigen::ArrayXXd& map, bool along_x) {
   const Eigen::Index upper = map.rows() / 2, lower = (map.rows() - 1) / 2;
   if (along_x) return 0.5 * (map.row(lower) + map.row(upper)).transpose();
@@ -112,10 +112,10 @@ Picture profile_picture(const FitPictures& fit, const SurfaceField& grid) {
 
 namespace {
 
-// Slopes of about kDots rays, x and y. Each ray keeps its own coin, so the choice depends neither on the
-// pupil's order nor on chance.
+// x and y slopes of about kDots rays. Each ray has its own random number from its index, so the choice is
+// reproducible.
 PictureColumns slope_dots(const SurfaceField& field) {
-  constexpr double kDots = 5000;  // more would fill the middle solid
+  constexpr double kDots = 5000;  // more would cover the middle
   const RandomStream coin(0, "plot-slopes");
   std::vector<double> dot_x, dot_y;
   for (Eigen::Index i = 0; i < field.size(); ++i) {
@@ -130,7 +130,7 @@ PictureColumns slope_dots(const SurfaceField& field) {
 
 Picture gradients_picture(const FitPictures& fit) {
   constexpr int kBins = 81;
-  constexpr double kReach = 4;  // standard deviations to either side
+  constexpr double kReach = 4;  // [standard deviations]
   const SurfaceField& field = fit.fitted_field;
   const Eigen::ArrayXd& weight = fit.pupil.weight;
   const auto [mean_x, sigma_x] = moments(field.slope_x, weight);
@@ -142,7 +142,7 @@ Picture gradients_picture(const FitPictures& fit) {
   const PictureColumns dots = slope_dots(field);
   Picture picture("gradients", fit.result.title);
   picture.add_columns("gradients.dat",
-                      {"Density of the fitted surface's slopes over the aperture [1/rad], weighted by light",
+                      {"Density of the fitted surface's slopes over the aperture [1/rad], weighted by energy",
                        "columns: slope_rad density_dh_dx density_dh_dy"},
                       {centre, weighted_density(field.slope_x, weight, -reach, reach, kBins),
                        weighted_density(field.slope_y, weight, -reach, reach, kBins)});

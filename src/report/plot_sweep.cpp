@@ -19,28 +19,28 @@ using namespace internal;
 namespace {
 
 constexpr std::size_t kMostLines = 7, kMostLinesWithBands = 3;
-constexpr double kLogFromRatio = 20;  // of the largest over the smallest value: shown by its logarithm
+constexpr double kLogFromRatio = 20;  // largest over smallest value, for a logarithmic axis
 constexpr std::size_t kMostMarks = 60;
 
-// A little room at the ends.
+// Leaves a little room at the ends.
 std::string roomy_log_axis(const std::string& axis, double low, double high) {
   constexpr double kRoom = 1.08;
   return log_axis(axis, low / kRoom, high * kRoom);
 }
 
-// An axis of a picture: words stand at 0, 1, ... in their order.
+// An axis of a picture. Words are at 0, 1, ... in their order.
 struct SweptAxis {
   std::size_t place = 0;
-  std::vector<std::string> words;  // of an axis without numbers
+  std::vector<std::string> words;  // for an axis without numbers
   std::string label;
   bool is_log = false;
-  double low = kNaN, high = kNaN;  // of the numbers of a logarithmic axis
+  double low = kNaN, high = kNaN;  // range of a logarithmic axis
 
   double at(const SweepRow& row) const {
     if (words.empty()) return row.number[place];
     return double(std::find(words.begin(), words.end(), row.typed[place]) - words.begin());
   }
-  // `axis`_label, and `axis`_axis: what gnuplot sets for it.
+  // Sets `axis`_label, and the gnuplot commands `axis`_axis.
   void set(const std::string& axis, Picture* picture) const {
     picture->set(axis + "_label", label);
     std::string tics;
@@ -71,7 +71,7 @@ SweptAxis axis_of(const SweepReport& report, std::size_t place) {
   return found;
 }
 
-// What is drawn: a statistic in the unit that suits it.
+// A statistic to draw, in a suitable unit.
 struct SweptStatistic {
   std::size_t place = 0;
   AxisUnit unit;
@@ -103,7 +103,7 @@ SweptStatistic swept_statistic(const SweepReport& report, const std::string& nam
   return found;
 }
 
-// Rows by a number of theirs, ascending.
+// Values by a number of their rows, ascending.
 using Groups = std::map<double, std::vector<double>>;
 Groups grouped_values(const std::vector<const SweepRow*>& rows, const SweptAxis& x,
                       const SweptStatistic& statistic) {
@@ -112,7 +112,7 @@ Groups grouped_values(const std::vector<const SweepRow*>& rows, const SweptAxis&
   return groups;
 }
 
-// x, then the quantiles that bands and line go through.
+// Columns: x, then the quantiles of bands and line.
 PictureColumns quantile_curve(const Groups& groups) {
   std::vector<std::vector<double>> columns(6);
   for (const auto& [at, values] : groups) {
@@ -127,7 +127,7 @@ PictureColumns quantile_curve(const Groups& groups) {
   return arrays;
 }
 
-// What varies besides the first axis, in words, for the lines of a picture.
+// Name of a line in a picture: the values of the axes other than x.
 std::string line_name(const SweepReport& report, const SweepRow& row, std::size_t x) {
   std::string name;
   for (std::size_t k = 0; k < report.axes.size() - (report.has_seeds ? 1 : 0); ++k)
@@ -180,7 +180,7 @@ Picture curve_picture(const SweepReport& report, const SweptAxis& x, const Swept
   }
   std::vector<SweptLine> lines = lines_of(report, x.place);
   const bool together = lines.empty();  // too many
-  if (together) lines = {{"median of all else that varies", all_rows(report)}};
+  if (together) lines = {{"median over the other values", all_rows(report)}};
   const bool bands = together || (report.has_seeds && lines.size() <= kMostLinesWithBands);
   std::vector<PictureColumns> curves;
   std::vector<std::string> labels;
@@ -188,10 +188,10 @@ Picture curve_picture(const SweepReport& report, const SweptAxis& x, const Swept
     curves.push_back(quantile_curve(grouped_values(line.rows, x, statistic)));
     labels.push_back(line.name.empty() && report.has_seeds ? "median" : line.name);
   }
-  picture.add_blocks(
-      picture.name + ".dat",
-      {x.label + ", then of " + statistic.label() + ": median, quantiles 5, 25, 75, 95 %; a block a line"},
-      curves);
+  picture.add_blocks(picture.name + ".dat",
+                     {x.label + ", then of " + statistic.label() +
+                      ": median, quantiles 5, 25, 75, 95 %; one block per line"},
+                     curves);
   picture.set("lines", int(lines.size()));
   picture.set("bands", bands ? int(lines.size()) : 0);
   picture.set("label", labels);
@@ -199,7 +199,7 @@ Picture curve_picture(const SweepReport& report, const SweptAxis& x, const Swept
   return picture;
 }
 
-// Where the cells of neighbouring numbers meet, the outer ones as wide as their inner half.
+// Edges between the cells of neighbouring numbers. The outer halves of the end cells equal the inner ones.
 std::vector<double> cell_edges(const std::vector<double>& centres, bool is_log) {
   std::vector<double> at;
   for (const double centre : centres) at.push_back(is_log ? std::log(centre) : centre);
@@ -242,7 +242,7 @@ Picture plane_picture(const SweepReport& report, const SweptAxis& x, const Swept
   const bool medians = report.axes.size() > 2 && report.is_grid;
   Picture picture(kind + "_" + statistic.file, report.title, "sweep_" + kind);
   picture.title = statistic.name + " over " + x.label + " and " + y.label;
-  picture.set("statistic", statistic.name + (medians ? ", median of all else" : ""));
+  picture.set("statistic", statistic.name + (medians ? ", median over the other values" : ""));
   picture.set("value_label", statistic.label());
   x.set("x", &picture);
   y.set("y", &picture);
@@ -278,7 +278,7 @@ Picture map_picture(const SweepReport& report, const SweptAxis& x, const SweptAx
   PictureColumns arrays;
   for (const std::vector<double>& column : columns) arrays.push_back(array_of(column));
   picture.add_columns(picture.name + ".dat",
-                      {x.label + ", " + y.label + ", ends of the cell in both, " + statistic.label()},
+                      {x.label + ", " + y.label + ", ends of the cell along both, " + statistic.label()},
                       arrays);
   picture.set("cells", int(report.is_grid));
   picture.set("value_axis",
@@ -286,12 +286,11 @@ Picture map_picture(const SweepReport& report, const SweptAxis& x, const SweptAx
   return picture;
 }
 
-// Levels at round numbers: 1, 2, 5 times powers of ten where the values span decades, else even steps.
+// Levels at round numbers: 1, 2, 5 times powers of ten for a logarithmic statistic, else even steps.
 std::vector<double> contour_levels(const SweptStatistic& statistic) {
   std::vector<double> levels;
   const double low = statistic.smallest, high = statistic.largest;
-  constexpr double kApart =
-      1e-9;  // less is rounding: nothing to draw a line between, and steps that add nothing
+  constexpr double kApart = 1e-9;  // smaller differences are rounding errors and have no levels
   if (!(high - low > kApart * std::max(std::abs(low), std::abs(high)))) return levels;
   if (statistic.is_log) {
     for (int power = int(std::floor(std::log10(low))); power <= int(std::ceil(std::log10(high))); ++power)
@@ -309,7 +308,8 @@ std::vector<double> contour_levels(const SweptStatistic& statistic) {
   return levels;
 }
 
-// Places of a value between neighbours of the grid, with x and y as parts of the frame.
+// A point between grid neighbours where the statistic has a given value; part_x, part_y: fractions of the
+// frame.
 struct Crossing {
   double x, y, part_x, part_y;
 };
@@ -330,11 +330,11 @@ std::vector<Crossing> crossings(const SweptPlane& plane, const SweptAxis& x, con
   return found;
 }
 
-// A label on each line of equal value, near the middle of the frame, where no other is in the way.
+// Puts a label on each contour line, near the middle of the frame, clear of other labels.
 std::string level_labels(const SweptPlane& plane, const SweptAxis& x, const SweptAxis& y,
                          const std::vector<double>& levels) {
-  constexpr double kFrameWidth = 850, kFrameHeight = 600;  // of the frame [pixels]
-  constexpr double kCharacter = 10, kLine = 24;            // of a label [pixels]
+  constexpr double kFrameWidth = 850, kFrameHeight = 600;  // frame [pixels]
+  constexpr double kCharacter = 10, kLine = 24;            // label [pixels]
   std::string rows;
   std::vector<PixelBox> taken;
   for (const double level : levels) {
@@ -359,7 +359,7 @@ std::string level_labels(const SweptPlane& plane, const SweptAxis& x, const Swep
   return rows;
 }
 
-// Nothing where there is no level between the values.
+// Returns nothing if no level is between the values.
 std::optional<Picture> contour_lines_picture(const SweepReport& report, const SweptAxis& x,
                                              const SweptAxis& y, const SweptStatistic& statistic) {
   const SweptPlane plane = plane_of(report, x, y, statistic);

@@ -19,15 +19,15 @@ namespace {
 struct Case {
   std::string key, label;
   const RayBundle& rays;
-  double ring;  // of its ring-through curve [m]
+  double ring;  // radius of the ring of its curve [m]
 };
 
-// Everything the pictures look at.
+// Data of all pictures.
 struct Scene {
   const VerifyPictures& of;
   const VerifyRays& shown;
   std::vector<Case> cases;
-  double radius;  // of the aperture [m]
+  double radius;  // radius of the aperture [m]
 
   double focal_length() const { return of.mirror.focal_length; }
   /// Distance from z = f at which a cone of light is as wide as a ring [m].
@@ -46,7 +46,7 @@ double statistic_of(const RayBundle& rays, const VerifyRays& shown, const Statis
   return ray_statistic(rays, shown.nominal, Centre::kNominal, statistic);
 }
 
-// Variables that each case has one of.
+// Variables with one value per case.
 struct PerCase {
   std::vector<double> per_si, size;
   std::vector<std::string> unit;
@@ -60,8 +60,8 @@ struct PerCase {
   }
 };
 
-// About `count` of n things, evenly through their order, which is random or regular, but not sorted by what
-// is shown.
+// About `count` of n indices at even steps. The order must be random or regular, not sorted by the quantity
+// shown.
 std::vector<Eigen::Index> some_of(Eigen::Index n, Eigen::Index count) {
   std::vector<Eigen::Index> chosen;
   const double step = std::max(1.0, double(n) / double(count));
@@ -71,7 +71,7 @@ std::vector<Eigen::Index> some_of(Eigen::Index n, Eigen::Index count) {
 
 Picture rays_picture(const Scene& s) {
   constexpr Eigen::Index kRays = 60;
-  constexpr double kBeyond = 0.08, kReach = 2.5;  // of the focal length, and of the depth
+  constexpr double kBeyond = 0.08, kReach = 2.5;  // fractions of the focal length and of the depth
   const double f = s.focal_length();
   const std::vector<Eigen::Index> some = some_of(s.shown.pupil.size(), kRays);
   Picture picture = s.picture("reflected_rays");
@@ -107,7 +107,7 @@ Picture rays_picture(const Scene& s) {
   return picture;
 }
 
-// What the values of the Harvey-Shack branch should follow.
+// The values of the Harvey-Shack branch should follow these laws.
 double gauss(double x, double sigma) {
   return std::exp(-0.5 * x * x / (sigma * sigma)) / (sigma * std::sqrt(2 * kPi));
 }
@@ -143,11 +143,10 @@ Picture deflections_picture(const Scene& s) {
     of_panels.add(angle_unit(0.75 * p.high), p.sigma);
     low.push_back(p.low), high.push_back(p.high);
   }
-  picture.add_blocks(
-      "deflections.dat",
-      {"Deflections of the rays along x, y and z and their magnitude, a block each: middle of the bin "
-       "[rad], density of Harvey-Shack, law, terms [1/rad]"},
-      blocks);
+  picture.add_blocks("deflections.dat",
+                     {"Deflections of the rays along x, y and z and their magnitude, one block each: middle "
+                      "of the bin [rad], density of Harvey-Shack, law, terms [1/rad]"},
+                     blocks);
   of_panels.set("d", "sigma", &picture);
   picture.set("low", low);
   picture.set("high", high);
@@ -176,8 +175,7 @@ Picture ring_picture(const Scene& s) {
   }
   picture.add_blocks(
       "ring_through.dat",
-      {"Fraction of the rays inside a ring of each case, a block each: distance from z = f [m], "
-       "fraction"},
+      {"Fraction of the rays inside a ring of each case, one block each: distance from z = f [m], fraction"},
       blocks);
   along.set("z", "last", &picture);
   picture.set("ring_title", texts);
@@ -216,7 +214,7 @@ Picture height_picture(const Scene& s) {
 // Images of all cases in three planes.
 Picture images_picture(const Scene& s) {
   constexpr int kPixels = 75;
-  constexpr double kHalfWidth = 3.5, kPlanes[] = {-1.4, 0, 1.4};  // of the ring, and of the depth
+  constexpr double kHalfWidth = 3.5, kPlanes[] = {-1.4, 0, 1.4};  // in units of the ring and of the depth
   Picture picture = s.picture("focal_images", "verify_focal_images");
   std::vector<std::string> planes;
   std::vector<double> brightest;
@@ -244,7 +242,7 @@ Picture images_picture(const Scene& s) {
   return picture;
 }
 
-// Light along x in planes through the focus.
+// Irradiance along x in planes through the focus.
 Picture volume_picture(const Scene& s) {
   constexpr int kPixels = 121, kPlanes = 161;
   Picture picture = s.picture("focal_volume");
@@ -264,7 +262,7 @@ Picture volume_picture(const Scene& s) {
                      "{:.6g} to {:.6g} m from z = f",
                      2 * half / kPixels, c.label, -last, last)},
         light);
-    // The ideal focus is one strip, so bright that nothing else would show.
+    // The ideal focus is one strip, so bright that it would hide everything else.
     brightest.push_back((&c.rays == &s.shown.nominal ? 0.25 : 1.0) * light.maxCoeff());
     along.add(length_unit(last), last);
     across.add(length_unit(half), half);
@@ -290,7 +288,7 @@ std::vector<DrawnPicture> draw_pictures(const VerifyPictures& of, const std::str
   if (options.format == PictureFormat::kNone) return {};
   const VerifyRays& shown = *of.report.shown;
   const EncircledEnergyRadius ee90;
-  // The ideal focus is a point: its ring is chosen, as the paper chose it.
+  // The ideal focus is a point, so its ring is the one chosen in the paper.
   const Scene scene{
       of,
       shown,

@@ -19,7 +19,7 @@ std::string shown(const NumberOfFocus& number, double value) {
   return six_digits(value, number.unknown.dimension);
 }
 
-// "below 3 nm" where only one end is known.
+// The interval, or "below 3 nm" if only one end is known.
 std::string interval_text(const NumberOfFocus& number) {
   if (number.identified()) return shown(number, number.lower) + " to " + shown(number, number.upper);
   if (number.upper_found) return "below " + shown(number, number.upper);
@@ -64,11 +64,11 @@ void add_numbers(Page* page, const PsdOfFocus& result) {
 
 std::string match_text(const PsdOfFocus& result) {
   if (result.is_noise_known)
-    return fmt::format("chi-squared {:.4g} at {} degrees of freedom: chance {:.2g}", result.chi_squared,
+    return fmt::format("chi-squared {:.4g} at {} degrees of freedom, p-value {:.2g}", result.chi_squared,
                        result.degrees_of_freedom, result.goodness);
   return fmt::format(
-      "no noise was given; it is taken from the residuals, up to {:.2g} at {} degrees of "
-      "freedom: chance of their form {:.2g}",
+      "no noise was given, so it is estimated from the residuals: up to {:.2g} at {} degrees of freedom; "
+      "p-value of their shape {:.2g}",
       result.noise.size() > 0 ? result.noise.maxCoeff() : 0, result.degrees_of_freedom, result.goodness);
 }
 
@@ -82,24 +82,25 @@ Page page_of(const PsdOfFocus& result) {
   page.answers.push_back({"How certain", fmt::format("{} intervals; {}", format_percent(result.confidence),
                                                      match_text(result))});
   page.answers.push_back(
-      {"What it rests on",
-       "The mean light of generalised Harvey-Shack for the mirror and the form of PSD in the study."});
+      {"What it rests on", "The mean PSF of generalised Harvey-Shack for the study's mirror and PSD model."});
   page.answers.push_back({"What would change it",
-                          "Another noise, another plane or centre, or light that belongs to something else "
-                          "than this roughness."});
+                          "Another noise, plane or centre would change it, and so would light that this "
+                          "roughness does not scatter."});
   page.say("Light",
-           fmt::format("{} {} out to {}{}; of {}", result.radius.size(),
+           fmt::format("{} {} out to {}{}; {}", result.radius.size(),
                        result.is_image ? "rings of pixels" : "circles",
                        metres_text(result.radius.size() > 0 ? result.radius.maxCoeff() : 0),
                        result.dz == 0 ? "" : fmt::format(", {} from the focus", metres_text(result.dz)),
-                       result.is_one_mirror ? "one mirror: its own departure from the mean counts as noise"
+                       result.is_one_mirror ? "one mirror, whose deviation from the mean counts as noise"
                                             : "the mean of many mirrors"));
   if (result.is_image)
-    page.say("Image", fmt::format("centre at pixel {:.2f}, {:.2f} from the lower left; light {:.6g}, "
-                                  "background {:.4g} a pixel",
-                                  result.centre_x, result.centre_y, result.total, result.background));
+    page.say(
+        "Image",
+        fmt::format(
+            "centre at pixel {:.2f}, {:.2f} from the lower left; total {:.6g}, background {:.4g} per pixel",
+            result.centre_x, result.centre_y, result.total, result.background));
   else if (result.total != 1)
-    page.say("", fmt::format("{:.5g} of what the curve calls 1", result.total));
+    page.say("", fmt::format("the total energy is {:.5g} times what the curve calls 1", result.total));
   page.say("Match", match_text(result));
   page.say("Cost", fmt::format("{} evaluations, {:.2g} s", result.evaluations, result.seconds));
   add_numbers(&page, result);

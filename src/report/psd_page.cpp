@@ -1,4 +1,4 @@
-// What people read of a measured PSD.
+// This file makes the page of a measured PSD.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,20 +44,20 @@ std::string estimator_line(const PsdEstimate& e) {
 
 std::string slope_text(double value) { return format_quantity(value, Dimension::kAngle); }
 
-// Of a map: what its mean slope is the mean of.
+// The slopes along both axes of a map, whose mean is the RMS slope.
 std::string slopes_of_axes(const PsdEstimate& e) {
   if (!std::isfinite(e.rms_slope_x) || !std::isfinite(e.rms_slope_y)) return "";
   return fmt::format(" per axis ({} along x, {} along y)", slope_text(e.rms_slope_x),
                      slope_text(e.rms_slope_y));
 }
 
-// Of every valid sample, whatever its frequencies. Two conventions of a slope's RMS where they differ.
+// RMS values over all valid samples and frequencies. Shows both conventions of the RMS slope if they differ.
 std::string record_text(const PsdEstimate& e) {
   constexpr double kNoticed = 0.01;
   std::string text = fmt::format("RMS height {}, RMS slope {}{} of the detrended surface",
                                  metres_text(e.rms_height), slope_text(e.rms_slope), slopes_of_axes(e));
   if (std::abs(e.rms_slope_as_slopes / e.rms_slope - 1) > kNoticed)
-    text += fmt::format(" ({} with the slopes themselves detrended)", slope_text(e.rms_slope_as_slopes));
+    text += fmt::format(" ({} when the slopes themselves are detrended)", slope_text(e.rms_slope_as_slopes));
   return text;
 }
 
@@ -80,7 +80,7 @@ void add_parameters(Page* page, const PsdReport& report) {
   page->parts.push_back(std::move(table));
 }
 
-// Model and data in the band of the fit, side by side, and in the bands that were asked for.
+// Adds model and data side by side, in the band of the fit and in the requested bands.
 void add_bands(Page* page, const PsdReport& report) {
   const BandRms data = report.in_band(false), model = report.in_band(true);
   if (data.height > 0 && model.height > 0)
@@ -102,7 +102,7 @@ void add_bands(Page* page, const PsdReport& report) {
 
 std::string square_nanometres(double value) { return fmt::format("{:.4g} nm^2", 1e18 * value); }
 
-// The structure function at a few separations, even in the logarithm.
+// Adds the structure function at a few separations with logarithmic steps.
 void add_differences(Page* page, const PsdReport& report) {
   constexpr Eigen::Index kRows = 6;
   for (std::size_t i = 0; i < report.differences.size(); ++i) {
@@ -110,13 +110,12 @@ void add_differences(Page* page, const PsdReport& report) {
     const Eigen::Index n = d.separation.size(), rows = std::min(n, kRows);
     if (n == 0) continue;
     const Eigen::ArrayXd model = model_height_differences(report.fit, report.estimate.kind, d.separation);
-    Page::Table table{
-        fmt::format("{}Structure function D(s) = <(h(x+s) - h(x))^2> of the detrended surface; of the model "
-                    "from {} to {} alone, of the surface all frequencies",
-                    report.differences.size() > 1 ? report.files.at(i) + ": " : "",
-                    frequency(report.fit.f_min), frequency(report.fit.f_max)),
-        {"s", "D", "D of the model", "RMS difference"},
-        "rrrr"};
+    Page::Table table{fmt::format("{}Structure function D(s) = <(h(x+s) - h(x))^2> of the detrended surface; "
+                                  "the model holds only frequencies from {} to {}, the surface all",
+                                  report.differences.size() > 1 ? report.files.at(i) + ": " : "",
+                                  frequency(report.fit.f_min), frequency(report.fit.f_max)),
+                      {"s", "D", "D of the model", "RMS difference"},
+                      "rrrr"};
     for (Eigen::Index row = 0; row < rows; ++row) {
       const Eigen::Index k =
           rows > 1 ? Eigen::Index(std::lround(double(row * (n - 1)) / double(rows - 1))) : 0;
@@ -127,17 +126,16 @@ void add_differences(Page* page, const PsdReport& report) {
   }
 }
 
-// The straight line in the form that drawings carry: one-dimensional, A/f^B over a band.
+// Adds the straight line in the form of drawings: one-dimensional, A/f^B over a band.
 void add_drawing(Page* page, const DrawingLine& line) {
   if (!std::isfinite(line.exponent)) return;
   const std::string numbers =
       fmt::format("B = {:.3f} +- {:.3f} and A = {:.4g} m^(3-B), f in cycles/m, over {} to {}", line.exponent,
                   line.exponent_std, line.amplitude, frequency(line.f_min), frequency(line.f_max));
   if (line.describes) return page->say("Drawing", "profile PSD A/f^B (as ISO 10110-8) with " + numbers);
-  page->say("Drawing",
-            fmt::format("no straight line describes these bins; the nearest profile PSD A/f^B has {}, and "
-                        "{:.2f} times their RMS height",
-                        numbers, line.factor));
+  page->say("Drawing", fmt::format("no straight line describes these bins; the nearest profile PSD A/f^B has "
+                                   "{} and {:.2f} times the RMS height of the bins",
+                                   numbers, line.factor));
 }
 
 void add_lines(Page* page, const PsdEstimate& estimate) {
@@ -164,14 +162,14 @@ Page page_of(const PsdReport& report, const nlohmann::ordered_json& roughness) {
     page.say("Data", report.files.at(i) + ": " + std::visit(Described{}, report.data[i]) +
                          clear_text(report.clear.at(i)));
   page.answers.push_back(
-      {"How certain", fmt::format("{:.4g} % intervals; chance of residuals as large as these: {:.2g}.",
+      {"How certain", fmt::format("Intervals are at {:.4g} %; the p-value of the residuals is {:.2g}.",
                                   100 * report.estimate.options.confidence, report.fit.goodness)});
-  page.answers.push_back(
-      {"What it rests on",
-       "The sample stands for a stationary surface; beyond the band of the fit nothing was measured."});
+  page.answers.push_back({"What it rests on",
+                          "The sample is taken as part of a stationary surface. Beyond the band of the fit "
+                          "nothing was measured."});
   page.answers.push_back(
       {"What would change it",
-       "Another detrending or window moves the lowest bins, another instrument the highest."});
+       "Another detrending or window changes the lowest bins, another instrument the highest."});
   page.say("PSD", estimator_line(report.estimate));
   page.say("Record", record_text(report.estimate));
   add_lines(&page, report.estimate);
@@ -185,7 +183,7 @@ Page page_of(const PsdReport& report, const nlohmann::ordered_json& roughness) {
   add_differences(&page, report);
   add_block(&page, "For a study:", roughness);
   if (std::isfinite(report.as_measured.exponent))
-    add_block(&page, "For this very surface, with the RMS height and slope of its bins:",
+    add_block(&page, "For exactly this surface, with the RMS height and slope of its bins:",
               line_block(report.as_measured));
   if (std::isfinite(report.line.exponent))
     add_block(&page, "The line of the drawing:", line_block(report.line));

@@ -33,14 +33,14 @@ BandRms PsdReport::in_band(bool of_model) const {
 
 std::string bands_csv(const PsdReport& report) {
   std::string text =
-      "# RMS height and slope by band: those asked for, then octaves; of the bins from .. to in each, of "
-      "data and model; empty without bins\n# Slopes of profiles are along them, those of maps per axis\n"
-      "name,f_min_per_m,f_max_per_m,from_per_m,to_per_m,rms_height_m,rms_slope_rad,model_rms_height_m,"
+      "# RMS height and slope of data and model in each band: requested bands, then octaves; the bins reach "
+      "from .. to; empty without bins\n# Slopes are along a profile, or per axis of a "
+      "map\nname,f_min_per_m,f_max_per_m,from_per_m,to_per_m,rms_height_m,rms_slope_rad,model_rms_height_m,"
       "model_rms_slope_rad\n";
   const auto add = [&](const BandContent& c, const std::string& name) {
     text += fmt::format("{},{:.9g},{:.9g}", csv_field(name), c.band.f_min, c.band.f_max);
     for (const double value : {c.from, c.to, c.data.height, c.data.slope, c.model.height, c.model.slope})
-      text += c.to > 0 ? fmt::format(",{:.9g}", value) : ",";  // no bins, no numbers
+      text += c.to > 0 ? fmt::format(",{:.9g}", value) : ",";  // no bins
     text += '\n';
   };
   for (const BandContent& content : report.bands) add(content, content.band.name);
@@ -53,18 +53,15 @@ std::string psd_csv(const PsdReport& report) {
   const bool profiles = of_profiles(report);
   const long left_out = long(report.estimate.psd.size() - s.psd.size());
   std::string text = fmt::format(
-      "# {} PSD of the surface, {}; frequency in cycles/m\n"
-      "# What the estimator does to the surface is divided out{}\n"
-      "# For `\"model\": \"table\"`: \"kind\": \"{}\", \"frequency_unit\": \"/m\", \"psd_unit\": \"{}\"\n"
-      "frequency_per_m,psd_{},lower,upper,dof,model\n",
+      "# {} PSD of the surface, {}; frequency in cycles/m\n# The PSD is divided by the response of the "
+      "estimator{}\n# For `\"model\": \"table\"`: \"kind\": \"{}\", \"frequency_unit\": \"/m\", "
+      "\"psd_unit\": \"{}\"\nfrequency_per_m,psd_{},lower,upper,dof,model\n",
       profiles ? "One-sided profile" : "Two-sided, radially averaged two-dimensional",
       fmt::format("{:.4g} % intervals", 100 * report.estimate.options.confidence),
-      left_out == 0
-          ? ""
-          : fmt::format(
-                "; left out: {} where that is more than a factor 2, where shape leaks in, or beyond the "
-                "instrument",
-                plural(left_out, "bin")),
+      left_out == 0 ? ""
+                    : fmt::format("; left out: {} where the response is more than a factor 2, where shape "
+                                  "leaks in, or beyond the instrument",
+                                  plural(left_out, "bin")),
       profiles ? "1d" : "2d", profiles ? "m^3" : "m^4", profiles ? "m3" : "m4");
   for (Eigen::Index b = 0; b < s.psd.size(); ++b)
     fmt::format_to(std::back_inserter(text), "{:.9g},{:.9g},{:.9g},{:.9g},{:.4g},{:.9g}\n", s.frequency[b],

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Whose results are there: "command fit", then a hash and a name a line.
+// Owner of the results: "command fit", then one line with hash and name per file.
 constexpr const char* kManifest = ".aberfit-files";
 constexpr const char* kCommand = "command";
 constexpr const char* kResult = "result.json";
@@ -44,10 +44,10 @@ bool is_plain(const fs::path& file) { return fs::is_regular_file(fs::symlink_sta
 
 std::string hash_of(const fs::path& file) { return content_hash(file_bytes(file.string()).value_or("")); }
 
-// What a run has left in its folder.
+// The files that a run left in its folder.
 struct LastRun {
   std::string command;
-  std::multimap<std::string, std::string> hash_of_name;  // two while files of two runs take turns
+  std::multimap<std::string, std::string> hash_of_name;  // two while files of two runs are exchanged
 
   static LastRun in(const fs::path& folder) {
     LastRun run;
@@ -61,13 +61,13 @@ struct LastRun {
         continue;
       }
       const fs::path name = fs::path(rest).lexically_normal();
-      // Names that lead out of the folder are not what a run wrote.
+      // A run writes no names that lead out of the folder.
       if (!name.empty() && name.is_relative() && *name.begin() != "..")
         run.hash_of_name.emplace(name.generic_string(), first);
     }
     return run;
   }
-  // The files of `part` as those of `command`.
+  // The files of `part`, owned by `command`.
   static LastRun to_be(const fs::path& part, const std::string& command) {
     LastRun run{command, {}};
     for (const std::string& file : files_below(part))
@@ -84,7 +84,7 @@ struct LastRun {
     for (const auto& [name, hash] : hash_of_name) all.insert(name);
     return all;
   }
-  // Whether the file of that name is as this run has left it.
+  // True if the file of that name is unchanged since this run.
   bool left(const fs::path& folder, const std::string& name) const {
     const auto [begin, end] = hash_of_name.equal_range(name);
     if (begin == end || !is_plain(folder / name)) return false;
@@ -93,7 +93,7 @@ struct LastRun {
   }
 };
 
-// Files that a name of a claim stands for, or what stands where their folder should be.
+// Files that match a name of a claim, or the file in place of their folder.
 std::vector<std::string> files_of(const fs::path& folder, const std::string& name) {
   const fs::path around = fs::path(name).parent_path();
   const auto is_there = [&](const fs::path& place) { return fs::exists(fs::symlink_status(folder / place)); };
@@ -110,9 +110,9 @@ std::vector<std::string> files_of(const fs::path& folder, const std::string& nam
   return files;
 }
 
-// What stands in the way of the files that `names` stand for and is not this command's.
+// Files in the way of those that match `names`, except this command's own.
 struct Obstacles {
-  std::set<std::string> of_other, of_nobody;  // of another command as it left them; of whoever
+  std::set<std::string> of_other, of_nobody;  // unchanged results of another command; all others
   std::string own, other;
   bool has_folder = false;
 
@@ -137,15 +137,15 @@ struct Obstacles {
       parts.push_back(fmt::format("{} of `aberfit {}`", fmt::join(of_other, ", "), other));
     if (!of_nobody.empty())
       parts.push_back(
-          fmt::format("{}, not written by `aberfit {}` or changed since", fmt::join(of_nobody, ", "), own));
+          fmt::format("{} (not written by `aberfit {}`, or changed since)", fmt::join(of_nobody, ", "), own));
     return fmt::format("{}", fmt::join(parts, "; "));
   }
 };
 
-constexpr const char* kWaysOut = "another folder with --output, or --force, which replaces them";
+constexpr const char* kWaysOut = "another folder with --output, or --force to replace them";
 
-// Whether nothing but plain files of one file system is there, in no folders but those that the last run
-// made: then the folder can be made anew.
+// True if the folder can be replaced: it has only plain files of one file system, and only folders of the
+// last run.
 bool can_be_made_anew(const fs::path& folder) {
   std::set<std::string> folders;
   for (const std::string& file : LastRun::in(folder).names())
@@ -163,8 +163,8 @@ bool can_be_made_anew(const fs::path& folder) {
   return true;
 }
 
-// What is not of this command's last run is in both places until the exchange: killed at any moment, nothing
-// is lost.
+// Links all files but those of this command's last run into `to`. They are in both places until the exchange,
+// so a killed process loses nothing.
 void keep_files_of_others(const fs::path& from, const std::string& command, const fs::path& to) {
   const LastRun last = LastRun::in(from);
   for (const std::string& file : files_below(from)) {
@@ -179,7 +179,7 @@ bool exchange(const fs::path& a, const fs::path& b) {
   return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
 }
 
-// Onto nothing, unless it is to replace.
+// Moves a file. Throws if `to` exists, unless it is to be replaced.
 void put_file(const fs::path& from, const fs::path& to, bool replace) {
   if (to.has_parent_path()) {
     const fs::path around = to.parent_path();
@@ -188,15 +188,15 @@ void put_file(const fs::path& from, const fs::path& to, bool replace) {
   }
   if (!replace) {
     if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
-    // Not every file system knows how.
+    // Not every file system can do this.
     if (errno == EEXIST || fs::exists(fs::symlink_status(to)))
       throw fs::filesystem_error("", to, std::make_error_code(std::errc::file_exists));
   }
   fs::rename(from, to);
 }
 
-// Where folders cannot change places (a mount point, the working folder of a shell, a folder that holds more
-// than results): file by file, and without a result.json as long as they are of two runs.
+// Replaces file by file where folders cannot be exchanged (a mount point, the working folder of a shell, a
+// folder with more than results). There is no result.json while the files belong to two runs.
 void replace_files(const fs::path& from, const LastRun& run, const fs::path& to, bool force) {
   const LastRun last = LastRun::in(to);
   LastRun both = run;
@@ -249,7 +249,7 @@ ResultFolder::ResultFolder(const std::string& folder, ResultClaim claim)
     lock_ = beside, lock_ += ".lock";
     lock();
     look(folder_.string(), claim_);
-    fs::remove_all(part_);  // of a run that was killed
+    fs::remove_all(part_);  // left by a killed run
     fs::create_directory(part_);
     write_file((part_ / kManifest).string(), "");
   } catch (const fs::filesystem_error& error) {
@@ -263,8 +263,8 @@ ResultFolder::ResultFolder(const std::string& folder, ResultClaim claim)
 
 ResultFolder::~ResultFolder() { leave(); }
 
-// A lock that ends with the process, however that ends. The file may have been removed by its last holder
-// between opening and locking it: then once more.
+// The lock ends with the process in any case. If the last holder removes the file between our opening and
+// locking it, we try again.
 void ResultFolder::lock() {
   for (;;) {
     lock_fd_ = ::open(lock_.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666);
@@ -275,7 +275,7 @@ void ResultFolder::lock() {
       ::close(lock_fd_);
       lock_fd_ = -1;
       throw InputError(named_, "", "another run that writes its results there",
-                       "one run at a time: wait for it, or name another folder with --output");
+                       "one run at a time; wait for it, or name another folder with --output");
     }
     struct stat held, named;
     if (::fstat(lock_fd_, &held) == 0 && ::stat(lock_.c_str(), &named) == 0 && held.st_ino == named.st_ino)
@@ -284,7 +284,7 @@ void ResultFolder::lock() {
   }
 }
 
-// Where the next run does not clear it away.
+// Moves the results to a place that the next run does not clear.
 std::string ResultFolder::keep_aside() {
   fs::path aside;
   int k = 1;
@@ -306,7 +306,7 @@ void ResultFolder::put_in_place() {
   if (!found.none() && (!claim_.force || found.has_folder))
     throw InputError(
         named_, "",
-        fmt::format("{}, which came there meanwhile; the results are in {}", found.told(), keep_aside()),
+        fmt::format("{}, which appeared meanwhile; the results are in {}", found.told(), keep_aside()),
         kWaysOut);
   bool exchanged = false;
   if (part_.parent_path() != folder_ && can_be_made_anew(folder_)) {
@@ -316,7 +316,7 @@ void ResultFolder::put_in_place() {
       exchanged = exchange(part_, folder_);
     } catch (const fs::filesystem_error&) {  // a file system without links
     }
-    // What came between the look and the exchange.
+    // These files came between check and exchange.
     if (exchanged) keep_files_of_others(part_, claim_.command, folder_);
   }
   if (!exchanged) replace_files(part_, run, folder_, claim_.force);

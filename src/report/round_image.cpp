@@ -8,8 +8,8 @@ namespace aberfit::internal {
 
 Eigen::ArrayXXd round_image(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& encircled_energy,
                             double half_width, int pixels) {
-  constexpr int kParts = 3;     // of a pixel's side
-  constexpr int kPerPixel = 6;  // radii tabulated: the edges of the annuli of the middle row, and more
+  constexpr int kParts = 3;     // parts per side of a pixel
+  constexpr int kPerPixel = 6;  // tabulated radii, among them the edges of the annuli of the middle row
   const double pixel = 2 * half_width / pixels, step = pixel / kPerPixel;
   const auto last = Eigen::Index(std::ceil((std::numbers::sqrt2 * half_width + pixel) / step)) + 1;
   const Eigen::ArrayXd energy =
@@ -35,10 +35,10 @@ Eigen::ArrayXXd round_image(const std::function<Eigen::ArrayXd(const Eigen::Arra
 
 namespace {
 
-// Share of a round spot inside the square of this side [m]: the mean over directions of what lies within its
-// edge there.
+// Fraction of the energy of a round spot inside the square of this side [m]: the encircled energy at its
+// edge, averaged over directions.
 double share_in_square(const RoundSpot& spot, double side) {
-  constexpr int kDirections = 16;  // of an eighth of the square
+  constexpr int kDirections = 16;  // in an eighth of the square
   double sum = 0;
   for (int i = 0; i < kDirections; ++i)
     sum += spot(0.5 * side / std::cos(std::numbers::pi / 4 * (i + 0.5) / kDirections)).energy;
@@ -83,8 +83,8 @@ Seen seen_part(double field_of_view, double half_width, Eigen::Index pixels) {
 
 Eigen::ArrayXXd unfolded(const Eigen::ArrayXXd& periodic, const RoundSpot& mean, double field_of_view,
                          double half_width) {
-  constexpr double kNegligible = 1e-6;  // of the light
-  constexpr int kPeriods = 5;           // on each side; beyond them light is even over a period
+  constexpr double kNegligible = 1e-6;  // fraction of the energy
+  constexpr int kPeriods = 5;           // on each side; beyond them irradiance is uniform over a period
   const double beyond = 1 - share_in_square(mean, field_of_view);
   if (beyond < kNegligible) return periodic;
   const double covered = (2 * kPeriods + 1) * field_of_view;
@@ -115,8 +115,8 @@ Eigen::ArrayXXd unfolded(const Eigen::ArrayXXd& periodic, const RoundSpot& mean,
     for (Eigen::Index column = 0; column < pixels; ++column)
       if (const double area = seen.length[row] * seen.length[column]; area > 0)
         excess(row, column) = area * folded(seen.middle[column], seen.middle[row]);
-  // Pixels are coarse beside a narrow field of view; together they have what came in. That lacks what a sharp
-  // edge throws beyond it, which cells do not have at all.
+  // Pixels are coarse for a narrow field of view, so we scale their sum to the aliased energy. Energy that a
+  // sharp edge diffracts beyond the field of view does not count, because the pupil grid lacks it.
   if (sees_all) excess *= std::max(0.0, periodic.sum() + beyond - 1) / excess.sum();
   return (image - excess).max(0.0);
 }

@@ -6,19 +6,19 @@
 
 namespace aberfit::internal {
 
-/// Image of a round spot, as FocalLight::image, from its encircled energy EE(r) [m -> share], which is asked
-/// for at ascending radii. A pixel is the sum of nine parts, each with the mean irradiance of the annulus
-/// through it that is as wide as the part.
+/// Image of a round spot, as FocalLight::image, from its encircled energy EE(r) [m -> fraction], evaluated at
+/// ascending radii. A pixel is the sum of nine parts. Each part has the mean irradiance of the annulus
+/// through it of the same width.
 Eigen::ArrayXXd round_image(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& encircled_energy,
                             double half_width, int pixels);
 
-/// Share of the light of a round spot inside a radius [m], and its derivative [1/m].
+/// Fraction of the energy of a round spot inside a radius [m], and its derivative [1/m].
 using RoundSpot = std::function<MeanScatter::Encircled(double radius)>;
 
-/// The image of a spot of which cells of a pupil have one period: what `mean`, its mean over surfaces, has
-/// beyond the field of view [m] comes into `periodic` from the other side. It is taken off there, in the mean
-/// over surfaces all of it, and put where it belongs. periodic: as FocalLight::image of that half width [m],
-/// nothing beyond the field of view. Nowhere below zero.
+/// Corrects the aliased image of a spot from a pupil grid. Energy beyond the field of view [m] appears in
+/// `periodic` on the other side. Its mean over surfaces, known from `mean`, is subtracted there and added
+/// at its true place. periodic: FocalLight::image of this half width [m], 0 beyond the field of view. The
+/// result is nowhere negative.
 Eigen::ArrayXXd unfolded(const Eigen::ArrayXXd& periodic, const RoundSpot& mean, double field_of_view,
                          double half_width);
 

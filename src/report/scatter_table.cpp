@@ -12,13 +12,13 @@
 namespace aberfit {
 namespace {
 
-constexpr double kMuchMoreLight = 0.1;   // of the model's TIS over the function's, from which it is said
-constexpr double kNotOne = 1e-6;         // of the renormalisation, from which it is said
-constexpr double kInterpolation = 5e-4;  // of log S, between rows of a PSD
+constexpr double kMuchMoreLight = 0.1;   // excess of the model's TIS that is reported
+constexpr double kNotOne = 1e-6;         // deviation of the renormalisation that is reported
+constexpr double kInterpolation = 5e-4;  // error of log S between rows of a PSD
 constexpr double kBesideJump = 1e-9;
 constexpr double kBelowBreakpoints = 1e-3;
 constexpr int kMostHalvings = 30;
-constexpr double kSmallestPsd = 1e-290;  // [m^4], in place of nothing
+constexpr double kSmallestPsd = 1e-290;  // [m^4], in place of 0
 
 std::string without_breaks(std::string text) {
   std::replace_if(
@@ -31,17 +31,18 @@ std::string scene_lines(const ScatterExport& scatter) {
   std::string text = "# aberfit scatter function, version 1\n";
   if (!scatter.title.empty()) text += fmt::format("# {}\n", without_breaks(scatter.title));
   text += fmt::format(
-      "# wavelength_m = {:.9g}, normal incidence; roughness of {}\n"
-      "# rms_height_m = {:.9g}, rms_slope = {:.9g} rad per axis, g = 4 pi rms_height/wavelength = {:.9g}\n"
-      "# tis = 1 - exp(-g^2) = {:.9g}; the specular light, exp(-g^2), is in no column\n",
+      "# wavelength_m = {:.9g}, normal incidence; roughness of {}\n# rms_height_m = {:.9g}, rms_slope = "
+      "{:.9g} rad per axis, g = 4 pi rms_height/wavelength = {:.9g}\n# tis = 1 - exp(-g^2) = {:.9g}; the "
+      "specular energy, exp(-g^2), is not in the columns\n",
       t.wavelength, band_text(t.f_min, t.f_max), t.rms_height, t.rms_slope, t.g, t.tis);
   if (t.cut_share > 0)
-    text += fmt::format("# {:.3g} of the height variance lies above 1/wavelength and does not scatter\n",
-                        t.cut_share);
+    text += fmt::format(
+        "# A fraction {:.3g} of the height variance lies above 1/wavelength and does not scatter\n",
+        t.cut_share);
   if (std::abs(t.renormalisation - 1) > kNotOne)
     text += fmt::format(
         "# All values are multiplied by {:.9g} for orders beyond 90 degrees, so that the integral is tis; "
-        "scalar theory holds while this is close to 1\n",
+        "scalar theory holds if this factor is close to 1\n",
         t.renormalisation);
   return text;
 }
@@ -49,17 +50,17 @@ std::string scene_lines(const ScatterExport& scatter) {
 std::string use_lines(const ScatterExport& scatter) {
   std::string text =
       "# asf_per_sr: scattered light per solid angle at theta from the specular direction; bsdf_per_sr = asf "
-      "/ cos(theta), whose integral with cos(theta) over the hemisphere is tis; tis_within: share of all "
-      "light scattered to within theta. Reflectance 1: multiply by the mirror's.\n";
+      "/ cos(theta), whose integral with cos(theta) over the hemisphere is tis; tis_within: fraction of the "
+      "energy that is scattered to within theta. The reflectance is 1: multiply by that of the mirror.\n";
   if (scatter.has_terms)
     text +=
-        "# Use: the terms as the shape of the surface, this as the scatter of the same surface; together "
-        "they are the mirror. The frequencies of the terms are not in this table. Attaching the scatter of "
-        "the whole PSD to a surface that has the terms counts their energy twice.\n";
+        "# Use: take the terms as the shape of the surface and this as its scatter. Together they describe "
+        "the mirror. The frequencies of the terms are not in this table. Attaching the scatter of the whole "
+        "PSD to a surface that has the terms counts their energy twice.\n";
   else
     text +=
-        "# Use: as the scatter of the nominal surface. All of the roughness is in this table; no terms go "
-        "with it.\n";
+        "# Use: take this as the scatter of the nominal surface. All of the roughness is in this table; "
+        "there are no terms beside it.\n";
   return text;
 }
 
@@ -67,23 +68,23 @@ std::string abg_lines(const AbgFit& fit, double tis) {
   if (!fit.describes()) return fmt::format("# {}\n", no_abg(fit));
   std::string text = fmt::format(
       "# ABg: BSDF = A / (B + |sin theta|^g), A = {:.9g} /sr, B = {:.9g}, g = {:.9g}; fitted from {:.6g} to "
-      "{:.6g} rad, off by at most {:.3g} % and {:.3g} % RMS there\n"
-      "# ABg: light between these angles {:.6g}, of the table {:.6g}; over the hemisphere the model "
-      "integrates to {:.6g}, the table to {:.6g}\n",
+      "{:.6g} rad, where its error is at most {:.3g} % and {:.3g} % RMS\n# ABg: energy fraction between "
+      "these angles {:.6g}, of the table {:.6g}; over the hemisphere the model integrates to {:.6g}, the "
+      "table to {:.6g}\n",
       fit.model.a, fit.model.b, fit.model.g, fit.theta_min, fit.theta_max, 100 * fit.largest_error,
       100 * fit.rms_error, fit.model_in_range, fit.light_in_range, fit.tis, tis);
   if (std::abs(fit.tis - tis) > kMuchMoreLight * tis)
     text +=
-        "# ABg: the model goes on outside the range, where the roughness does not: limit its angles to the "
+        "# ABg: the model continues outside the range, but the roughness does not. Limit its angles to the "
         "range, or use the table.\n";
   if (fit.at_least_b)
     text +=
-        "# ABg: B rests on the least allowed value; a program that takes smaller ones can follow the table "
-        "more closely.\n";
+        "# ABg: B has the least allowed value; a program that allows smaller ones can follow the table more "
+        "closely.\n";
   return text;
 }
 
-// Appends rows between two, the second included, until a chord in log f, log S is close to S.
+// Appends rows between two, including the second, until log-log interpolation is close to S.
 void append_rows(const std::function<double(double)>& psd, double f_low, double s_low, double f_high,
                  double s_high, int halvings, std::string* text) {
   const double f = std::sqrt(f_low * f_high), s = psd(f);
@@ -100,8 +101,8 @@ void append_rows(const std::function<double(double)>& psd, double f_low, double 
 
 std::string no_abg(const AbgFit& fit) {
   return fmt::format(
-      "No ABg model{} describes this scatter: from {} to {} the nearest is off by {}, more than a factor of "
-      "{}; use the table",
+      "No ABg model{} describes this scatter: from {} to {} the error of the nearest is {}, more than a "
+      "factor of {}; use the table",
       fit.at_least_b ? fmt::format(" with B from {:.3g} on", fit.model.b) : "",
       format_quantity(fit.theta_min, Dimension::kAngle), format_quantity(fit.theta_max, Dimension::kAngle),
       format_percent(fit.largest_error), 1 + kUsableAbg);
@@ -129,7 +130,7 @@ std::string scatter_psd_csv(const PsdModel& rest, double wavelength) {
   const RadialPsd psd(rest);
   const double high = std::min(psd.f_max(), 1 / wavelength);
   double low = psd.f_min();
-  if (!(low < high)) return text;  // nothing of it scatters
+  if (!(low < high)) return text;  // nothing scatters
   const auto& bends = psd.breakpoints();
   if (low == 0) low = kBelowBreakpoints * std::min(high, bends.empty() ? high : bends.front());
   std::vector<double> edges{low};

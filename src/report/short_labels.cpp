@@ -5,7 +5,7 @@
 namespace aberfit::internal {
 namespace {
 
-// The last `words` words of a pointer; all of it where it has no more.
+// The last `words` words of a pointer, or all if it has fewer.
 std::string end_of(const std::string& pointer, int words) {
   std::size_t at = pointer.size();
   for (; words > 0 && at > 0 && at != std::string::npos; --words) at = pointer.rfind('/', at - 1);

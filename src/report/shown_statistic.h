@@ -7,15 +7,14 @@
 
 namespace aberfit::internal {
 
-/// Statistics as people read them: by the name and in the unit that the study asked for them in, else by
-/// their own name and in the unit that suits the value.
+/// Statistics for people: with the name and unit of the study, else with their own name and a suitable unit.
 class ShownStatistics {
  public:
   explicit ShownStatistics(const std::vector<Target>& targets);
 
-  /// name: as in results, "ee80_radius_m@-1mm".
+  /// name: as in the results, "ee80_radius_m@-1mm".
   std::string name(const std::string& name) const;
-  /// Four digits with unit; value in the SI unit of the name; "-" where it is not finite.
+  /// Four digits with unit; "-" if `value`, in the SI unit of the name, is not finite.
   std::string value(const std::string& name, double value) const;
 
  private:

@@ -14,9 +14,10 @@ using namespace internal;
 
 namespace {
 
-constexpr double kShownAsZero = 5e-9;  // of a margin: what the root leaves
+constexpr double kShownAsZero = 5e-9;  // fraction of a margin: error of the root
 
-// "*": what binds. Sensitivities are of logarithms: percent of the value for each percent of the unknown.
+// "*" marks the binding budget. Sensitivities are logarithmic: per cent of the value per per cent of the
+// unknown.
 void add_budgets(Page* page, const std::string& title, const Specification& spec, const SolvePoint& point,
                  bool sensitivities) {
   Page::Table table{title, {"", "budget", "value", "limit", "margin", "room"}, "llrlrr"};
@@ -43,9 +44,9 @@ void add_budgets(Page* page, const std::string& title, const Specification& spec
 void add_uses(Page* page, const Specification& spec) {
   for (std::size_t k = 0; k < spec.budgets.size() && !spec.uses.empty(); ++k) {
     const Budget& budget = spec.budgets[k];
-    Page::Table table{fmt::format("{} {}: who uses it; {} with perfect optics", budget.key, budget.bound,
-                                  in_budget_unit(budget, spec.perfect[k].value)),
-                      {"", "alone", "all but this"},
+    Page::Table table{fmt::format("{} {}: use by each contributor; {} with perfect optics", budget.key,
+                                  budget.bound, in_budget_unit(budget, spec.perfect[k].value)),
+                      {"", "alone", "without it"},
                       "lrr"};
     for (const BudgetUse& use : spec.uses)
       table.add({use.name, in_budget_unit(budget, use.alone[k]), in_budget_unit(budget, use.without[k])});
@@ -56,7 +57,7 @@ void add_uses(Page* page, const Specification& spec) {
 void add_solution(Page* page, const Specification& spec, const SolvePoint& solution) {
   const auto shown = [&](double value) { return six_digits(value, spec.unknowns[0].dimension); };
   std::string title =
-      fmt::format("{} = {}: budgets hold {} it; found between {} and {}", name_of(spec.unknowns[0]),
+      fmt::format("{} = {}: the budgets hold {} it; found between {} and {}", name_of(spec.unknowns[0]),
                   shown(solution.at[0]), solution.holds_below ? "below" : "above", shown(solution.bracket[0]),
                   shown(solution.bracket[1]));
   for (std::size_t u = 1; u < spec.unknowns.size(); ++u)
@@ -83,18 +84,18 @@ void add_answers(Page* page, const Specification& spec) {
   say("How certain",
       spec.confidence > 0
           ? "The budgets hold for " + format_percent(spec.confidence) + " of such mirrors."
-          : "The budgets hold for the mean light of such mirrors; `confidence` in `solve` asks "
-            "for a share of single mirrors instead. The value found is exact to 1e-11.");
+          : "The budgets hold for the mean PSF of such mirrors. With `confidence` in `solve` they hold for a "
+            "fraction of single mirrors instead. The value found is exact to 1e-11.");
   say("What it rests on",
       std::string(spec.theory == Theory::kGhs ? "Generalised" : "Geometric") +
-          " Harvey-Shack for a stationary, isotropic, Gaussian roughness with the PSD that is given.");
+          " Harvey-Shack theory for a stationary, isotropic, Gaussian roughness with the given PSD.");
   if (spec.solutions.empty()) return;
   const SolvePoint& first = spec.solutions.front();
   const BudgetState& state = first.budgets[first.binding];
   if (!state.sensitivity.empty())
     say("What would change it",
-        fmt::format("{} limits: 1 % more {} changes it by {:+.3g} %.", spec.budgets[first.binding].key,
-                    name_of(spec.unknowns[0]), state.sensitivity[0]));
+        fmt::format("{} is the limiting budget: 1 % more {} changes it by {:+.3g} %.",
+                    spec.budgets[first.binding].key, name_of(spec.unknowns[0]), state.sensitivity[0]));
 }
 
 }  // namespace
@@ -109,18 +110,17 @@ Page page_of(const Specification& spec) {
   if (!spec.reason.empty()) page.advice.push_back(spec.reason);
   if (!spec.solutions.empty())
     page.advice.push_back(
-        fmt::format("Specify it: put the value into {} of the study, and `aberfit fit` finds "
-                    "the terms of such a mirror.",
+        fmt::format("To specify it, put the value into {} of the study; `aberfit fit` then finds the terms "
+                    "of such a mirror.",
                     unknown.pointer));
   add_answers(&page, spec);
   page.title = spec.title;
   page.say("Theory", fmt::format("{}; plate scale 1/f = {:.5g} arcsec/mm", to_string(spec.theory),
                                  1e-3 / spec.focal_length / unit_factor("arcsec", Dimension::kAngle)));
   if (spec.confidence > 0)
-    page.say("Mirrors",
-             fmt::format("values are those that {} of the mirrors of such a roughness are no worse "
-                         "than, not those of their mean light",
-                         format_percent(spec.confidence)));
+    page.say("Mirrors", fmt::format("{} of the mirrors of such a roughness are no worse than these values; "
+                                    "they are not those of the mean PSF",
+                                    format_percent(spec.confidence)));
   page.say("Range", fmt::format("{} from {} ({}) to {} ({}); start {}", name, shown(spec.range[0].value),
                                 spec.range[0].why, shown(spec.range[1].value), spec.range[1].why,
                                 shown(unknown.start)));
@@ -130,8 +130,8 @@ Page page_of(const Specification& spec) {
   if (!spec.nearest.at.empty())
     add_budgets(&page, fmt::format("Nearest, {} = {}", name, shown(spec.nearest.at[0])), spec, spec.nearest,
                 false);
-  add_budgets(&page, fmt::format("The study's own, {} = {}", name, shown(unknown.start)), spec, spec.start,
-              false);
+  add_budgets(&page, fmt::format("The study's own value, {} = {}", name, shown(unknown.start)), spec,
+              spec.start, false);
   if (const auto& points = spec.contour.points; !points.empty())
     page.say("Contour", fmt::format("{} points, {} to {} in {}: contour.csv", points.size(),
                                     six_digits(points.front().at[1], spec.unknowns[1].dimension),

@@ -2,16 +2,17 @@
 
 namespace aberfit::internal {
 
-// How to use terms and scatter of a split roughness, in files and on pages.
+// These notes, for files and pages, explain the use of terms and scatter of a split roughness.
 inline constexpr const char* kUse =
-    "Give the surface the terms (coefficients.csv or an export) and, as its scatter model, the scatter "
-    "function (scatter.csv): together they are this mirror.";
+    "Give the surface the terms (coefficients.csv or an export) and the scatter function (scatter.csv) as "
+    "its scatter model. Together they describe this mirror.";
 inline constexpr const char* kBeware =
-    "Not the whole PSD: a scatter model of all of it on a surface that has the terms counts their roughness "
-    "twice.";
+    "Do not use the whole PSD as scatter model of a surface that has the terms: it would count their "
+    "roughness twice.";
 inline constexpr const char* kUseWithoutTerms =
-    "Give a smooth surface the scatter function (scatter.csv) as its scatter model: that is this mirror.";
+    "Give a smooth surface the scatter function (scatter.csv) as its scatter model. Together they describe "
+    "this mirror.";
 inline constexpr const char* kResidualNote =
-    "What the terms leave of the map is not added to the sum: the scatter stands for it, as specified.";
+    "The residual of the map is not added to the sum, because the specified scatter represents it.";
 
 }  // namespace aberfit::internal

@@ -7,8 +7,8 @@
 
 namespace aberfit::internal {
 
-/// Names of the targets, made unique: a name that came before gets "#2", "#3", ... so that no statistic hides
-/// another in a JSON object.
+/// Unique names of the targets: a repeated name gets "#2", "#3", ..., so that no statistic hides another in a
+/// JSON object.
 inline std::vector<std::string> unique_names(const std::vector<Target>& targets) {
   std::vector<std::string> names;
   names.reserve(targets.size());

@@ -12,7 +12,7 @@ using namespace internal;
 
 namespace {
 
-// Statistics by the code that fits; what is made here is the image.
+// Statistics come from the code of the fit; only the image is made here.
 class WaveLight : public FocalLight {
  public:
   WaveLight(const LightPath& path, Eigen::VectorXd coefficients, int threads)
@@ -27,7 +27,7 @@ class WaveLight : public FocalLight {
       if (radii[k] == 0) share[k] = 0;
     return share;
   }
-  // Planes that the cells do not see leave the others their light.
+  // Planes that the pupil grid does not resolve must not spoil the others.
   Eigen::ArrayXd ring_through(double radius, const Eigen::ArrayXd& planes) const override {
     const bool seen_anywhere = path_.scatter || radius <= 0.5 * field_of_view(planes.maxCoeff());
     if (!seen_anywhere) return Eigen::ArrayXd::Constant(planes.size(), std::nan(""));
@@ -44,7 +44,7 @@ class WaveLight : public FocalLight {
     if (!path_.scatter) return periodic;
     const RoundSpot mean = [&](double radius) -> MeanScatter::Encircled {
       if (const auto known = path_.scatter->in_plane(radius, dz)) return *known;
-      // That of the focus, grown with the distance from the mirror.
+      // Elsewhere the spot of the focus grows with the distance from the mirror.
       const double growth = 1 + dz / path_.mirror.focal_length;
       return {path_.scatter->encircled_energy(radius / growth),
               path_.scatter->encircled_energy_slope(radius / growth) / growth};
@@ -52,7 +52,8 @@ class WaveLight : public FocalLight {
     return unfolded(periodic, mean, field_of_view(dz), half_width);
   }
   double farthest_plane() const override {
-    // The cone may fill the field of view, where the pitches that grids are made with keep it in half of it.
+    // Here the cone may fill the field of view. farthest_plane allows it half of that, so we double the
+    // points.
     const double filled = 2 * 2 * aperture_radius(*path_.aperture) / pitch();
     return aberfit::farthest_plane(*path_.aperture, path_.mirror.focal_length, path_.wavelength, int(filled));
   }
@@ -76,8 +77,8 @@ class WaveLight : public FocalLight {
     for (const double dz : planes) wanted.push_back(RingThrough{radius, dz});
     return values(wanted);
   }
-  // Places of planes that have light. One whose phases the cells cannot follow takes it from all of them:
-  // where none has any, the farthest that has tells which do.
+  // Indices of the planes that the pupil grid resolves. One unresolved plane may make all values NaN. Then a
+  // bisection over |dz| finds the nearest such plane.
   std::vector<Eigen::Index> seen_of(const Eigen::ArrayXd& share, double radius,
                                     const Eigen::ArrayXd& planes) const {
     double end = HUGE_VAL;

@@ -147,10 +147,11 @@ Page page_of(const SweepReport& report) {
                                                      report.rows.size() - failed, report.planned)});
   page.answers.push_back(
       {"What it rests on",
-       "Each case is a study of its own, as cases.csv has it; what was computed of it: " + report.run + "."});
+       "Each case is a study of its own with the values in cases.csv. Computed for each: " + report.run +
+           "."});
   page.answers.push_back(
       {"What would change it",
-       "More realisations or finer steps in `vary`; cases that are done are not run again."});
+       "More realisations or finer steps in `vary` add cases; finished cases are not run again."});
   const std::vector<std::string> labels = axis_labels(report);
   Page::Table axes{"", {"what varies", "from .. to"}, "ll"};
   for (std::size_t k = 0; k < report.axes.size(); ++k) {

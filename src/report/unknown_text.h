@@ -6,13 +6,13 @@
 
 namespace aberfit::internal {
 
-/// What a number is called in SI units, after its name: "_m".
+/// Suffix of a name for its SI unit: "_m".
 std::string unit_suffix(Dimension dimension);
-/// What people call a number of the roughness: "rms", "rms of polishing".
+/// Name of a number of the roughness for people: "rms", "rms of polishing".
 std::string name_of(const SolveUnknown& unknown);
-/// Its column in a table: its pointer without the block it is in, "parts/0/rms", and its unit.
+/// Heading of its column: pointer without its block, "parts/0/rms", and unit.
 std::string column_of(const SolveUnknown& unknown);
-/// "17.0134 nm".
+/// Value with six digits and unit: "17.0134 nm".
 std::string six_digits(double value, Dimension dimension);
 
 }  // namespace aberfit::internal

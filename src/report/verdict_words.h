@@ -7,17 +7,17 @@
 
 namespace aberfit::internal {
 
-/// "DIFFERENT" in capitals, so that it is seen; the others as they are.
+/// The verdict as a word; "DIFFERENT" is in capitals, so that it is noticed.
 std::string verdict_word(Verdict verdict);
 Page::Tone tone_of(Verdict verdict);
 
-/// "+1.234": percent with its sign; "-" where it is not finite.
+/// Per cent with sign: "+1.234"; "-" if not finite.
 std::string signed_percent(double fraction);
 
-/// The metric whose interval uses most of its margin; null of none.
+/// The metric whose interval uses most of its margin; null without metrics.
 const EquivalenceMetric* worst_of(const std::vector<EquivalenceMetric>& metrics);
 
-/// Whether a statistic of that name is one of the plane z = f.
+/// True if a statistic of this name belongs to the plane z = f.
 bool is_at_focus(const std::string& name);
 
 }  // namespace aberfit::internal

@@ -1,4 +1,4 @@
-// What people read of a verification, and its facts.
+// This file makes the page of a verification and describes its facts.
 
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ std::string convention_word(Convention convention) {
   return convention == Convention::kPaper ? "paper" : "physical";
 }
 
-// The worst statistic of a comparison that is not equivalent: nearest to its margin or beyond it.
+// The worst statistic of a comparison that is not equivalent: nearest to its margin or farthest beyond it.
 std::string worst(const std::vector<EquivalenceMetric>& metrics) {
   const EquivalenceMetric* found = nullptr;
   const auto reach = [](const EquivalenceMetric& m) {
@@ -36,20 +36,20 @@ std::string light_word(const VerifyReport& report) {
                                        : "not computed";
 }
 
-// Verdict of the theory that decides, and what the other says.
+// Verdict of the deciding theory, and that of the other.
 std::string headline(const VerifyReport& report) {
   const std::string rays = upper_case(to_string(report.rays_verdict)) + worst(report.metrics);
   const std::string first =
-      report.rays_decide ? rays + " in geometric rays" : light_word(report) + " in light";
+      report.rays_decide ? rays + " by geometric rays" : light_word(report) + " by wave optics";
   const std::string second =
-      report.rays_decide ? "in light " + light_word(report) : "in geometric rays " + rays;
+      report.rays_decide ? "by wave optics " + light_word(report) : "by geometric rays " + rays;
   return fmt::format("{}; {}", first, second);
 }
 
 std::string judged_text(const VerifyReport& report) {
   const double level = 100 * report.margin;
   return report.draws > 0
-             ? fmt::format("the mean light of {} drawn surfaces, at a margin of {:.3g} %, convention {}",
+             ? fmt::format("the mean PSF of {} random surfaces, at a margin of {:.3g} %, convention {}",
                            report.draws, level, convention_word(report.convention))
              : fmt::format("the given surface by {} rays, at a margin of {:.3g} %, convention {}",
                            report.rays, level, convention_word(report.convention));
@@ -73,7 +73,7 @@ Page::Table metric_table(const std::string& title, const char* target, const cha
   return table;
 }
 
-// A comparison of two branches; the names of the branches are those of its keys.
+// A comparison of two branches, whose names are its keys.
 struct Branches {
   EquivalenceMetric metric;
   bool in_light = false;
@@ -82,14 +82,16 @@ struct Branches {
 
 void describe(Facts& facts, const Branches& of) {
   const EquivalenceMetric& m = of.metric;
-  facts.where(!of.in_light, "theory", of.theory, "Geometric Harvey-Shack in closed form.");
-  facts.where(!of.in_light, "harvey_shack", m.target, "Rays that the roughness perturbs.");
-  facts.where(!of.in_light, "aberration_terms", m.model, "Rays traced from the term surfaces.");
-  facts.where(of.in_light, "ghs", m.target, "Generalised Harvey-Shack.");
-  facts.where(of.in_light, "waves", m.model, "Diffraction of the term surfaces.");
-  facts("relative_difference", m.difference, "What is judged: the second less the first, relative.");
-  facts("standard_error", m.standard_error, "Its sampling error.");
-  facts("interval", m.interval, "Its confidence interval.");
+  facts.where(!of.in_light, "theory", of.theory, "Value by geometric Harvey-Shack in closed form.");
+  facts.where(!of.in_light, "harvey_shack", m.target, "Value by rays that the roughness perturbs.");
+  facts.where(!of.in_light, "aberration_terms", m.model, "Value by rays traced from the surfaces of terms.");
+  facts.where(of.in_light, "ghs", m.target, "Value by generalised Harvey-Shack.");
+  facts.where(of.in_light, "waves", m.model, "Value by diffraction of the surfaces of terms.");
+  facts("relative_difference", m.difference,
+        "Judged difference: aberration_terms over harvey_shack (or waves over ghs) minus 1; encircled energy "
+        "by fractions.");
+  facts("standard_error", m.standard_error, "Sampling error of the difference.");
+  facts("interval", m.interval, "Confidence interval of the difference.");
   facts("verdict", m.verdict, "equivalent, different or undecided.");
 }
 
@@ -107,20 +109,22 @@ void internal::describe(Facts& facts, const VerifyReport& report) {
     rays.push_back({report.metrics[k], false, report.theory.at(k)});
   for (const EquivalenceMetric& metric : report.light) waves.push_back({metric, true});
   facts("convention", convention_word(report.convention),
-        "physical: a ray turns by twice the slope; paper: by it.");
-  facts("verdict", report.verdict, "That of the theory that decides.");
-  facts("decided_by", report.rays_decide ? "rays" : "light", "Which theory that is.");
-  facts("draws", report.draws, "Realisations behind each mean; 0: a given surface.");
-  facts("margin", report.margin, "How far from 0 intervals may reach.");
+        "physical: a ray turns by twice the slope; paper: by the slope.");
+  facts("verdict", report.verdict, "Verdict of the theory that decides.");
+  facts("decided_by", report.rays_decide ? "rays" : "light",
+        "Theory that decides: rays or light (wave optics).");
+  facts("draws", report.draws, "Number of realisations in each mean; 0: a given surface.");
+  facts("margin", report.margin, "Largest allowed distance of the intervals' ends from 0.");
   facts("scene", report.scene, "The specification, and the models that it needs.");
-  facts.keyed("statistics", metric_names(report.metrics), rays, "By rays, by the name of the statistic.");
-  facts.object("light", "The same in light.", [&](Facts& light) {
-    light("verdict", report.light_verdict, "Its verdict.");
-    light("draws", report.light_draws, "Realisations behind each mean.");
-    light.where(!report.light_obstacle.empty(), "obstacle", report.light_obstacle, "Why there is none.");
-    light.keyed("statistics", metric_names(report.light), waves, "By the name of the statistic.");
+  facts.keyed("statistics", metric_names(report.metrics), rays, "Statistics by rays, by name.");
+  facts.object("light", "The same comparison by wave optics.", [&](Facts& light) {
+    light("verdict", report.light_verdict, "Verdict by wave optics.");
+    light("draws", report.light_draws, "Number of realisations in each mean.");
+    light.where(!report.light_obstacle.empty(), "obstacle", report.light_obstacle,
+                "Reason why there is none.");
+    light.keyed("statistics", metric_names(report.light), waves, "Statistics by wave optics, by name.");
   });
-  facts("warnings", report.warnings, "What a reader has to know.");
+  facts("warnings", report.warnings, "Warnings that the reader should know.");
 }
 
 Page page_of(const VerifyReport& report) {
@@ -129,24 +133,24 @@ Page page_of(const VerifyReport& report) {
   page.tone = tone_of(report.verdict);
   page.title = report.title;
   page.answers = {
-      {"How certain", fmt::format("Intervals hold the sampling error of {} realisations, as groups of them "
-                                  "tell it.",
-                                  report.draws)},
+      {"How certain",
+       fmt::format("Intervals include the sampling error of {} realisations, estimated from groups of them.",
+                   report.draws)},
       {"What it rests on",
-       "Realisations of a stationary, isotropic, Gaussian roughness with the PSD given, "
-       "by geometric rays and by diffraction, against Harvey-Shack theory."},
+       "Realisations of a stationary, isotropic, Gaussian roughness with the given PSD, by geometric rays "
+       "and by diffraction, are compared with Harvey-Shack theory."},
       {"What would change it",
-       "More realisations (`verify.draws`) narrow the intervals; "
-       "`equivalence.margin` says what is allowed."}};
+       "More realisations (`verify.draws`) narrow the intervals; `equivalence.margin` sets the allowed "
+       "difference."}};
   page.say("Judged", judged_text(report));
   page.parts.push_back(metric_table("By rays: Harvey-Shack (perturbed rays) and aberration terms (traced)",
                                     "Harvey-Shack", "terms", report.metrics, &report.theory));
   if (!report.light.empty())
     page.parts.push_back(metric_table(
-        fmt::format("In light: generalised Harvey-Shack{} and the diffraction of the terms{}; EE differs by "
-                    "shares",
+        fmt::format("By wave optics: generalised Harvey-Shack{} and the diffraction of the terms{}; EE is "
+                    "compared by energy fractions",
                     report.convention == Convention::kPaper ? " of half the heights" : "",
-                    report.light_draws > 0 ? fmt::format(", {} draws", report.light_draws) : ""),
+                    report.light_draws > 0 ? fmt::format(", {} realisations", report.light_draws) : ""),
         "GHS", "waves", report.light, nullptr));
   page.warnings = report.warnings;
   return page;

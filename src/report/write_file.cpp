@@ -23,8 +23,8 @@ void write_file(const std::string& path, const std::string& text) {
     fs::create_directories(target.parent_path(), error);
     if (error) fail("a folder that cannot be created (" + error.message() + ")");
   }
-  // Beside the target, because a rename is only atomic within one file system; the process and a count keep
-  // writers apart.
+  // The file is beside the target, because a rename is only atomic within one file system. Process id and
+  // count distinguish writers.
   static std::atomic<unsigned> count{0};
   fs::path aside = target;
   aside += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(count++);
@@ -41,7 +41,7 @@ void write_file(const std::string& path, const std::string& text) {
   out.close();
   if (!out) abandon(std::string("a failing write (") + std::strerror(errno) + ")");
   fs::rename(aside, target, error);
-  if (error) abandon("something that cannot be replaced (" + error.message() + ")");
+  if (error) abandon("an item that cannot be replaced (" + error.message() + ")");
 }
 
 }  // namespace aberfit

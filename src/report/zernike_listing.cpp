@@ -10,16 +10,16 @@
 
 // The layout is that of OpticStudio's analysis "Zernike Standard Coefficients" (an example is HSC_Zernike.txt
 // in the tests of batoid): header, then "Z   j <tab> value <tab> : <tab> polynomial". That analysis lists the
-// wavefront; this listing is of the surface, and its line "Quantity" says so.
+// wavefront; this listing has the surface, as its line "Quantity" says.
 namespace aberfit {
 using namespace internal;
 
 namespace {
 
-constexpr int kZernikeStandardTerms = 231;  // that OpticStudio knows: all modes of n <= 20
+constexpr int kZernikeStandardTerms = 231;  // limit of OpticStudio: all modes of n <= 20
 
-// Coefficients of R_n^m by falling power, n, n - 2, ..., m: (-1)^k C(n-k, k) C(n-2k, (n-m)/2 - k), integers
-// below 1e9 for n <= 20. For printing only; nothing is evaluated with them.
+// Coefficients of R_n^m for the powers n, n - 2, ..., m: (-1)^k C(n-k, k) C(n-2k, (n-m)/2 - k). They are
+// integers below 1e9 for n <= 20. They are only printed, never used to evaluate.
 std::vector<std::int64_t> radial_integers(int n, int m) {
   std::vector<std::int64_t> result;
   const auto choose = [](int from, int count) {
@@ -46,7 +46,7 @@ std::string radial_text(int n, int m) {
   return text;
 }
 
-// "8^(1/2) (3p^3 - 2p) * SIN (A)": the mode of Noll index j as OpticStudio prints it.
+// The mode of Noll index j as OpticStudio prints it: "8^(1/2) (3p^3 - 2p) * SIN (A)".
 std::string zernike_polynomial_text(int j) {
   const ZernikeMode mode = zernike_from_noll(j);
   if (mode.n == 0) return "1";
@@ -92,7 +92,8 @@ std::string zernike_listing_text(const ExportInput& input) {
       one_line(input.title, 200), input.wavelength * 1e3, input.wavelength * 1e6, input.terms.radius * 1e3,
       waves.size());
   for (std::size_t i = 0; i < waves.size(); ++i) {
-    // OpticStudio right-aligns the number under the root; 12 decimals instead of its 8 make 1e-18 m.
+    // OpticStudio right-aligns the number under the root. We write 12 decimals instead of 8, which resolves
+    // 1e-18 m.
     const std::string polynomial = zernike_polynomial_text(int(i) + 1);
     const int pad = int(std::min(polynomial.find('^'), polynomial.size()));
     text +=

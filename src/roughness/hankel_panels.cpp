@@ -9,7 +9,7 @@ namespace aberfit::internal {
 
 namespace {
 
-// Whether int S f^(power + 1) df exists at f = 0 and int S f df at infinity.
+// Returns whether int S f^(power + 1) df exists at f = 0 and int S f df at infinity.
 bool integrable(const RadialPsd& psd, double power) {
   for (const PowerTerm& term : psd.low_frequency_terms())
     if (!(term.exponent < 2 + power)) return false;

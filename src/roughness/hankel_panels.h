@@ -8,10 +8,10 @@ namespace aberfit::internal {
 /// Argument of J0 beyond which its Hankel amplitude is exact to rounding.
 inline constexpr double kHankelFrom = 30;
 
-/// Whether the height variance exists; the exponents decide, without integration.
+/// Returns whether the height variance exists; the exponents decide, without integration.
 bool has_finite_height_variance(const RadialPsd& psd);
-/// Whether the structure function exists: S must rise more slowly than f^-4 towards f = 0, where 1 - J0
-/// vanishes as f^2, and fall faster than f^-2 towards infinity.
+/// Returns whether the structure function exists: S must rise more slowly than f^-4 towards f = 0, where 1 -
+/// J0 vanishes as f^2, and fall faster than f^-2 towards infinity.
 bool has_finite_structure_function(const RadialPsd& psd);
 
 /// Panels on which S is resolved, for the Hankel transform at every r in [r_min, r_max].

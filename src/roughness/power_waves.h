@@ -33,8 +33,8 @@ class PowerWaves {
   explicit PowerWaves(double k) : k_(k) {}
   /// Runs must be ascending. psd_a, psd_b: S at the ends [m^4].
   void add(const PowerStretch& stretch, double a, double psd_a, double b, double psd_b);
-  /// Whether nodes at f are allowed: 2 pi r f must be at least 18, from where the series of the Hankel
-  /// amplitudes is exact to rounding.
+  /// Returns whether nodes at f are allowed: 2 pi r f must be at least 18, from where the series of the
+  /// Hankel amplitudes is exact to rounding.
   bool carries(double f) const { return k_ * f >= 18; }
   void add_node(double f, double weight);
   /// Arranges the waves and omits terms that stay below 1e-17 of `scale` [m^2].

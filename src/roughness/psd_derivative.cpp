@@ -42,7 +42,7 @@ double& number_at(PsdModel& model, const PsdVariable& parameter) {
   for (const PsdMember& member : psd_members(part_at(model, parameter.part)))
     if (member.key == parameter.key && parameter.row < member.values.size())
       return member.values[parameter.row];
-  throw std::invalid_argument("\"" + pointer_of(parameter) + "\" is no number of this PSD");
+  throw std::invalid_argument("\"" + pointer_of(parameter) + "\" is not a number of this PSD");
 }
 
 void collect_parameters(const PsdModel& model, const std::vector<std::size_t>& part,
@@ -133,7 +133,7 @@ PsdVariable psd_variable(const PsdModel& model, const std::string& pointer) {
     PsdVariable heights{kHeights, one.part, 0};
     if (pointer_of(heights) == pointer) return heights;
   }
-  throw std::invalid_argument("\"" + pointer + "\" is no number of this PSD");
+  throw std::invalid_argument("\"" + pointer + "\" is not a number of this PSD");
 }
 
 double value_of(const PsdModel& model, const PsdVariable& parameter) {

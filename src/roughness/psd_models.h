@@ -171,8 +171,8 @@ struct PsdRules<KCorrelationPsd> {
     return fmt::format(
         "# PSD: S2(f) = A / (1 + (B f)^2)^(C/2) for {}, A = {:.9g} um^4, B = {:.9g} um, C = {:.9g}; "
         "two-sided, two-dimensional, of heights of the surface\n"
-        "# PSD: of K-correlation models by sigma, B, s (s = C) from f = 0 to 1/wavelength, sigma = {:.9g} m; "
-        "a program without a lowest frequency would scatter all of it, the band above has {:.9g} m\n",
+        "# PSD: of K-correlation models by sigma, B, s (s = C) from f = 0 to 1/wavelength, sigma = {:.9g} m. "
+        "A program without a lowest frequency would scatter all of it; the band above has {:.9g} m\n",
         band_text(m.f_min, m.f_max), a * 1e24, m.correlation * 1e6, m.exponent, whole.rms, m.rms);
   }
 };
@@ -353,7 +353,9 @@ struct PsdRules<TablePsd> {
     }
     return stretches;
   }
-  static std::string formula(const Model&, double) { return "# PSD: a table, in the file of the PSD\n"; }
+  static std::string formula(const Model&, double) {
+    return "# PSD: it is a table, in the file of the PSD\n";
+  }
 };
 
 template <class Model>

@@ -20,8 +20,9 @@ std::string band_problem(double f_min, double f_max) {
     return fmt::format("f_max ({:g} /m) must be greater than f_min ({:g} /m)", f_max, f_min);
   // From 1e77 on, powers of f_max overflow, so integrals would be wrong without notice.
   if (std::isfinite(f_max) && f_max > kHighestEnd)
-    return fmt::format("f_max is {:g} /m, it must be at most {:g} /m; leave it out for a band without end",
-                       f_max, kHighestEnd);
+    return fmt::format(
+        "f_max is {:g} /m, it must be at most {:g} /m; leave it out for a band without upper end", f_max,
+        kHighestEnd);
   return "";
 }
 

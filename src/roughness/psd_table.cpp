@@ -27,9 +27,9 @@ std::optional<double> agreed(const std::string& path, const std::string& unit, D
   constexpr double kSame = 1e-6;
   const std::optional<double> said = factor_of(unit, dimension);
   if (said && given && !(std::abs(*given / *said - 1) <= kSame))
-    throw InputError(path, "",
-                     fmt::format("the unit {} in its header, another one as \"{}\"", in_quotes(unit), key),
-                     "one of them; leave the key out");
+    throw InputError(
+        path, "", fmt::format("the unit {} in its header, but another one as \"{}\"", in_quotes(unit), key),
+        "only one of them; leave the key out");
   return said ? said : given;
 }
 
@@ -39,7 +39,7 @@ PsdTableOptions with_units(const std::string& path, const HeaderUnits& units, Ps
   const Dimension dimension = profile ? Dimension::kPsd1d : Dimension::kPsd2d;
   if (!units.psd.empty() && !factor_of(units.psd, dimension))
     throw InputError(path, "", fmt::format("the unit {} in its header", in_quotes(units.psd)),
-                     fmt::format("\"kind\": \"{}\" for a PSD in that unit; a \"{}\" one has {}",
+                     fmt::format("\"kind\": \"{}\" for a PSD in that unit; a \"{}\" PSD has {}",
                                  profile ? "2d" : "1d", profile ? "1d" : "2d", allowed_units(dimension)));
   options.frequency_factor =
       agreed(path, units.frequency, Dimension::kSpatialFrequency, options.frequency_factor, "frequency_unit");
@@ -96,7 +96,8 @@ PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::v
       throw InputError(
           source, "",
           fmt::format("a profile PSD that rises as f^{:g} over its last octave", -result.tail_exponent),
-          "a profile PSD that falls at its end: the surface PSD needs its integral beyond");
+          "a profile PSD that falls at its end, because the surface PSD is an integral over what lies "
+          "beyond");
     TablePsd surface;
     const std::vector<double> psd_2d = abel_1d_to_2d(table.frequency, table.psd, result.tail_exponent);
     for (std::size_t i = 0; i < psd_2d.size(); ++i) {
@@ -118,7 +119,7 @@ PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::v
   const double f_min = options.f_min.value_or(0), f_max = options.f_max.value_or(table.frequency.back());
   if (!(f_min < f_max) || f_max <= table.frequency.front() || f_min >= table.frequency.back())
     throw InputError(source, "", fmt::format("band {:g} .. {:g} /m", f_min, f_max),
-                     fmt::format("a band that meets the table, {:g} .. {:g} /m", table.frequency.front(),
+                     fmt::format("a band that overlaps the table, {:g} .. {:g} /m", table.frequency.front(),
                                  table.frequency.back()));
   result.psd = std::get<TablePsd>(*psd_in_band(table, f_min, f_max));
   const RadialPsd whole(table);

@@ -10,10 +10,10 @@ Light::Light(std::vector<LightLine> lines) : lines_(std::move(lines)) {
   double all = 0;
   for (const LightLine& line : lines_) {
     if (!(line.wavelength > 0 && line.share > 0 && std::isfinite(line.wavelength + line.share)))
-      throw std::invalid_argument("wavelengths of light and their shares must be positive and finite");
+      throw std::invalid_argument("wavelengths and their shares must be positive and finite");
     all += line.share;
   }
-  if (lines_.empty()) throw std::invalid_argument("light has at least one wavelength");
+  if (lines_.empty()) throw std::invalid_argument("light needs at least one wavelength");
   for (LightLine& line : lines_) line.share /= all;
 }
 

@@ -91,12 +91,12 @@ SegmentedAperture mask_outlines(const Eigen::ArrayXXd& share, double pitch) {
   SegmentedAperture result{Outliner(share).outlines(pitch), 0};
   const double area = result.outlines.empty() ? 0 : aperture_area(result),
                clear = pitch * pitch * share.isFinite().select(share, 0.0).sum();
-  if (area == 0) throw ComputationError("the mask has no pixel of more than one half");
+  if (area == 0) throw ComputationError("the mask has no pixel above one half");
   constexpr double kGreyArea = 0.01;
   if (std::abs(area / clear - 1) > kGreyArea)
     throw ComputationError(
-        "the mask is grey over more than its edges: its sum and the area inside its outline differ by more "
-        "than 1 %");
+        "the mask is grey not only at its edges: its sum and the area inside its outline differ by more than "
+        "1 %");
   return result;
 }
 

@@ -19,7 +19,7 @@ PolygonArea area_of(const std::vector<Outline>& outlines);
 
 /// Distance of a point from the nearest edge [m], on either side of it.
 double distance_to_outline(const Outline& outline, double x, double y);
-/// Whether the outlines enclose (x, y) and every edge is at least `margin` [m] away.
+/// Returns whether the outlines enclose (x, y) and every edge is at least `margin` [m] away.
 bool is_inside(std::span<const Outline> outlines, double x, double y, double margin);
 
 }  // namespace aberfit::internal

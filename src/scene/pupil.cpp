@@ -28,7 +28,7 @@ std::optional<Ring> ring_of(const Aperture& aperture) {
 }
 
 [[noreturn]] void no_room() {
-  throw ComputationError("no pupil point fits inside the aperture and its margin");
+  throw ComputationError("no pupil point lies inside the aperture and its margin");
 }
 
 PupilSample equal_weights(const std::vector<double>& x, const std::vector<double>& y, PupilLayout layout) {

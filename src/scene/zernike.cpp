@@ -8,7 +8,9 @@ namespace aberfit {
 namespace {
 
 void require_index(int j, int first, const char* scheme) {
-  if (j < first) throw std::invalid_argument(fmt::format("{} index {}: starts at {}", scheme, j, first));
+  if (j < first)
+    throw std::invalid_argument(
+        fmt::format("{} index {} is out of range; it starts at {}", scheme, j, first));
 }
 
 /// Largest r with r (r + 1) / 2 <= j: the row of entry j of a triangle. Integers correct the rounded root.
@@ -29,8 +31,9 @@ double zernike_norm(ZernikeMode mode) { return std::sqrt((mode.m == 0 ? 1.0 : 2.
 
 void require_zernike_mode(ZernikeMode mode) {
   if (!is_zernike_mode(mode))
-    throw std::invalid_argument(
-        fmt::format("Zernike mode n = {}, m = {}: needs n >= 0, |m| <= n and n - |m| even", mode.n, mode.m));
+    throw std::invalid_argument(fmt::format(
+        "Zernike mode n = {}, m = {} does not exist: n >= 0, |m| <= n and n - |m| even are needed", mode.n,
+        mode.m));
 }
 
 ZernikeValue zernike(ZernikeMode mode, double x, double y) { return zernike_at<double>(mode, x, y); }

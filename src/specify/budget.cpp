@@ -27,7 +27,7 @@ double plane_of(const std::ssub_match& text) { return text.matched ? length_of(t
 double share_of(const std::string& percent) { return std::stod(percent) / 100; }
 
 double above_zero(double value, const std::string& key) {
-  if (!(value > 0)) throw UnitError(fmt::format("\"{}\" has nothing above zero behind @", key));
+  if (!(value > 0)) throw UnitError(fmt::format("\"{}\" needs a value above zero behind @", key));
   return value;
 }
 
@@ -39,9 +39,9 @@ void set_band(const std::smatch& part, Budget* budget) {
   }
   const Band band{frequency_of(part[1].str()), frequency_of(part[2].str())};
   if (!(band.f_min < band.f_max))
-    throw UnitError(
-        fmt::format("the band of \"{}\" ends where it begins or before; expected e.g. rms_height@10/m-100/m",
-                    budget->key));
+    throw UnitError(fmt::format(
+        "the upper end of the band of \"{}\" must exceed the lower; expected e.g. rms_height@10/m-100/m",
+        budget->key));
   budget->of_surface = band;
 }
 
@@ -124,8 +124,8 @@ void set_meaning(Budget* budget) {
   std::string samples;
   for (const Kind& kind : kinds()) samples += (samples.empty() ? "" : ", ") + kind.key.sample;
   throw UnitError(
-      fmt::format("\"{}\" is no budget; expected a key like {}; ee, ensquared and fwhm also in a plane, "
-                  "ee80_diameter@1mm, rms_slope also in a band, rms_slope@10/m-100/m",
+      fmt::format("\"{}\" is not a budget; expected a key like {}. ee, ensquared and fwhm may name a plane "
+                  "(ee80_diameter@1mm), rms_slope a band (rms_slope@10/m-100/m)",
                   budget->key, samples));
 }
 
@@ -215,7 +215,7 @@ void set_per_steradian(const std::string& quantity, Budget* budget) {
   std::smatch part;
   if (!std::regex_match(quantity, part, form))
     throw UnitError(fmt::format(
-        "\"{}\" is no scatter function; expected a number per steradian, \"1e-3 /sr\" or \"1e-3\"",
+        "\"{}\" is not a scatter function; expected a number per steradian, \"1e-3 /sr\" or \"1e-3\"",
         quantity));
   budget->dimension = Dimension::kNumber;
   budget->limit = parse_quantity(part[1].str(), Dimension::kNumber);
@@ -269,8 +269,8 @@ Budget parse_budget(const std::string& key, const std::string& bound) {
   set_meaning(&budget);
   std::smatch part;
   if (!std::regex_match(bound, part, bound_form))
-    throw UnitError(
-        fmt::format("\"{}\" is no bound; expected <= or >= and a quantity, e.g. \"<= 0.6 arcsec\"", bound));
+    throw UnitError(fmt::format(
+        "\"{}\" is not a bound; expected <= or >= and a quantity, e.g. \"<= 0.6 arcsec\"", bound));
   budget.at_most = part[1] == "<=";
   set_bound(part[2].str(), &budget);
   if (!(budget.limit > 0)) throw UnitError(fmt::format("\"{}\" is not above zero", bound));

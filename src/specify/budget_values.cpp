@@ -82,7 +82,7 @@ Eigen::VectorXd BudgetValues::in_order(const Eigen::VectorXd& statistics, const 
   return values;
 }
 
-// As in make_targets. Moments of the surface are the same in both theories and need no diffraction.
+// The theory is chosen as in make_targets. The surface has the same moments in both theories.
 Eigen::ArrayXd BudgetValues::predict(const Task& task, double height_factor) const {
   ++evaluations_;
   const RadialPsd specified(*task.psd);

@@ -74,7 +74,7 @@ class BudgetValues {
   double confidence_ = 0;
   int threads_ = 1;  // for the derivatives at one place; the two arms of a contour end at different times
   double focal_length_ = 0;
-  std::vector<Statistic> statistics_;     // of the budgets that have one
+  std::vector<Statistic> statistics_;     // statistics of the budgets that have one
   std::optional<LightProperties> light_;  // of the budgets on diffraction properties
   std::optional<GhsPupil> pupil_;  // common to all evaluations, because no unknown is part of the scene
   std::vector<std::optional<PsdVariable>> variables_;

@@ -120,7 +120,7 @@ void lay_out_band(const Task& task, const CeilingsSpec& asked, Ceilings* ceiling
   if (!(octaves >= 1))
     throw FieldError("solve.ceilings.f_max",
                      fmt::format("{:g} /m with f_min {:g} /m", ceilings->f_max, ceilings->f_min),
-                     "an octave above f_min at least");
+                     "f_max at least an octave above f_min");
   const int steps = int(std::lround(2 * (octaves - 1)));
   for (int k = 0; k <= steps; ++k) {
     OctaveCeiling octave;

@@ -12,7 +12,7 @@ namespace {
 constexpr double kLongest = 0.35, kShortest = 2e-3, kFirst = 0.15;  // arc length [ln]
 constexpr double kStraight = 0.5;  // a larger turn over a step is a kink rather than a bend [rad]
 constexpr int kMostCorrections = 8, kEasy = 3;
-constexpr double kLastStep = 3e-5;  // of Newton's method; the next step would be its square [ln]
+constexpr double kLastStep = 3e-5;  // last Newton step; the next would be its square [ln]
 constexpr std::size_t kMostPoints = 400;
 
 using Place = Eigen::Vector2d;  // ln(unknown/start)
@@ -101,7 +101,7 @@ Arm follow(const BudgetValues& budgets, const Place& start, Place along, double 
       continue;
     }
     arm.points.push_back(budgets.point({next->place[0], next->place[1]}, next->values));
-    if (leaves) return arm.end = "the end of the range", arm;
+    if (leaves) return arm.end = "it reached the end of the range", arm;
     const Place moved = next->place - here, tangent = tangent_of(next->gradient, moved);
     bend = (tangent - along) / moved.norm();
     if (bend.norm() * arc > kStraight) bend.setZero();
@@ -110,7 +110,7 @@ Arm follow(const BudgetValues& budgets, const Place& start, Place along, double 
     if (arm.points.size() > 3 && (here - start).norm() < 0.75 * arc) return arm.is_closed = true, arm;
     if (next->corrections <= kEasy) arc = std::min(1.5 * arc, kLongest);
   }
-  arm.end = "as many points as a contour has";
+  arm.end = "the contour reached its largest number of points";
   return arm;
 }
 

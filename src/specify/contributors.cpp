@@ -94,10 +94,9 @@ TaskAt with_contributors(const TaskAt& own, const Contributors& others, const st
             ? !std::holds_alternative<PatchBsdf>(*budget.of_light)
             : !budget.of_surface && std::holds_alternative<EncircledEnergyRadius>(budget.statistic);
     if (!is_light)
-      throw FieldError(
-          "solve.so_that", budget.key + " with other contributors",
-          "ee radii and diameters, hew, ensquared sides, fwhm, strehl, tis, mtf, pssn: a path has "
-          "no height and no scatter function of its own");
+      throw FieldError("solve.so_that", budget.key + " with other contributors",
+                       "ee radii and diameters, hew, ensquared sides, fwhm, strehl, tis, mtf, pssn (a path "
+                       "of several mirrors has no height and no scatter function)");
   }
   return [own, others](const std::vector<double>& values) {
     Task task = own(values);

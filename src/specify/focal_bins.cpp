@@ -131,8 +131,8 @@ PixelPlace centre_of(const FocalImage& image) {
     }
   const double top = peak / 9 - background;
   if (!(top > 0))
-    throw FieldError("solve.focus.file", "an image without light above its rim",
-                     "an image of the focus with its background around it");
+    throw FieldError("solve.focus.file", "an image that is nowhere brighter than its rim",
+                     "an image of the focus with background around it");
   const double bright = double((light - background > 0.5 * top).count());
   const double window = std::max(kLeastWindow, std::sqrt(bright / kPi));
   double x = double(column), y = double(row);

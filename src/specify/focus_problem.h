@@ -106,7 +106,8 @@ class FocusProblem {
       whitening_ = raised.llt();
     }
     if (whitening_.info() != Eigen::Success)
-      throw ComputationError("the noise of the light and its spread are no covariance: check `noise`");
+      throw ComputationError(
+          "noise and spread of the measured values do not form a covariance matrix; check `noise`");
   }
 
   std::size_t parameters() const {

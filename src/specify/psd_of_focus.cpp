@@ -178,12 +178,13 @@ void require(const Task& own, const std::vector<SolveUnknown>& unknowns, const F
   const RadialPsd psd(*own.psd);
   const PhysicsChoice use = choose_physics(own, requested_physics(own), &psd);
   if (use.theory != Theory::kGhs)
-    throw FieldError("target.theory", to_string(use.theory), "\"auto\" or \"ghs\": the light was measured");
+    throw FieldError("target.theory", to_string(use.theory),
+                     "\"auto\" or \"ghs\", because a measured focus follows wave optics");
   for (const SolveUnknown& unknown : unknowns)
     if (!(unknown.start > 0))
       throw FieldError("solve.for",
                        fmt::format("{}, which is {} in the study", unknown.pointer, unknown.start),
-                       "a number above zero as start: the search goes in factors");
+                       "a number above zero as start, because the search goes in factors");
   if (std::size_t(bins.radius.size()) <= parameters)
     throw FieldError("solve.focus.file",
                      fmt::format("{} {} for {} unknowns", bins.radius.size(),
@@ -267,25 +268,26 @@ void conclude(const std::string& remedy, bool converged, PsdOfFocus* result) {
   using enum PsdOfFocusStatus;
   if (!open.empty()) {
     result->message = fmt::format(
-        "the light does not determine {}: with the others free it is the same over decades. Take fewer "
-        "unknowns, or light from further out (fine roughness) or further in (long roughness)",
+        "the measurement does not determine {}: with the other unknowns free the fit is equally good over "
+        "decades. Take fewer unknowns, or measure further out (fine roughness) or further in (long "
+        "roughness)",
         open);
     result->warnings.push_back({"not-identified", result->message});
   }
   if (is_poor(*result)) {
     std::string poor = fmt::format(
-        "the light departs from that of any such roughness by {:.2g} times its noise (chance {:.1e}): "
-        "{}, {}",
+        "no such roughness fits the measurement: it differs by {:.2g} times its noise (p-value {:.1e}). "
+        "Possible causes: {}, {}",
         std::sqrt(result->chi_squared / std::max(result->degrees_of_freedom, 1)), result->goodness, remedy,
         result->is_image
-            ? "saturated or hot pixels, or a noise that is too small (shot noise counts with `gain` "
-              "alone)"
-            : "or a noise that is given too small");
+            ? "saturated or hot pixels, or `noise` is too small (shot noise is included only with `gain`)"
+            : "or `noise` is too small");
     if (!result->is_noise_known)
       poor = fmt::format(
-          "the residuals have a form, up to {:.2g} {}, that noise does not have (chance {:.1e}): {}",
+          "the residuals, up to {:.2g} {}, have a shape that noise does not have (p-value {:.1e}). Possible "
+          "cause: {}",
           (result->measured - result->fitted).abs().maxCoeff(),
-          result->is_image ? "of a pixel" : "of the light", result->goodness, remedy);
+          result->is_image ? "of a pixel" : "of the energy", result->goodness, remedy);
     if (result->message.empty()) result->message = poor;
     result->warnings.push_back({"poor-fit", poor});
   }
@@ -294,8 +296,7 @@ void conclude(const std::string& remedy, bool converged, PsdOfFocus* result) {
                    : is_poor(*result) ? kNotDescribed
                                       : kFitted;
   if (!converged)
-    result->message =
-        "no minimum, or no centre of the light to a twentieth of a pixel, was found within the iterations";
+    result->message = "the iterations found no minimum, or no centre of the image to a twentieth of a pixel";
 }
 
 }  // namespace
@@ -380,8 +381,8 @@ std::vector<Departure> departures_of(const FocusPass& pass, const MeasuredFocus&
   std::vector<Departure> result;
   if (!pass.bins.are_rings && focus.is_total_known)
     result.push_back(
-        {"the shares are of another amount of light than all of it, as those of an image that "
-         "was cut off and normalised: `\"total\": \"free\"`",
+        {"the fractions are not of the total energy, as in an image that was cropped and normalised (set "
+         "`\"total\": \"free\"`)",
          light([&](double radius) { return spot.encircled_energy(radius); })});
   const double f = task.mirror.focal_length, cone = f / (2 * aperture_radius(task.aperture));
   const double depth = 2 * task.wavelength * cone * cone;  // a quarter of a wave at the rim
@@ -389,20 +390,20 @@ std::vector<Departure> departures_of(const FocusPass& pass, const MeasuredFocus&
     if (step < 0 && focus.dz == 0 && is_parabola(task.mirror)) continue;  // by symmetry the same irradiance
     const MeanSpot moved = mean.at_plane(focus.dz + step);
     result.push_back(
-        {"the light was measured in another plane than the study's: `plane`, or a Zernike "
-         "defocus of the mirror",
+        {"it was measured in another plane than the study's (set `plane`, or a Zernike defocus of the "
+         "mirror)",
          light(
              [&](double radius) { return moved.encircled_energy(radius) - spot.encircled_energy(radius); })});
   }
   // A circle shifted sideways, to second order. For images the fit moves the centre.
   if (!pass.bins.are_rings)
     result.push_back(
-        {"the circles are not about the centre of the light: take the centroid, or give the "
-         "image, whose centre is found",
+        {"the circles are not centred on the image (take the centroid, or give the image; then the centre is "
+         "found)",
          light([&](double radius) { return radius * spot.irradiance_slope(radius); })});
   result.push_back(
-      {"the radii have another scale, as of pixels or of a focal length that are not the study's, "
-       "or of diameters: `pixel`, the unit of the radii",
+      {"the radii have another scale: other pixels or focal length, or diameters (check `pixel` and the unit "
+       "of the radii)",
        light([&](double radius) { return radius * spot.encircled_energy_slope(radius); })});
   result.push_back({"another model of the PSD, or an aberration that is not in the study",
                     shape.matrix().asDiagonal() * smooth_columns(shape.size())});
@@ -423,11 +424,10 @@ std::string judge(const std::vector<SolveUnknown>& unknowns, const FocusPass& pa
       residuals_of(pass, focus, fit, result->is_noise_known ? pass.noise : shape), departures, kPoorForm);
   if (!result->is_noise_known) result->goodness = verdict.chance;
   const std::string remedy =
-      verdict.datum ? fmt::format(
-                          "the light at {} alone lies off the curve of the others: check or leave "
-                          "it out",
-                          format_quantity(pass.bins.radius[*verdict.datum], Dimension::kLength))
-                    : verdict.remedy;
+      verdict.datum
+          ? fmt::format("only the value at {} lies off the curve of the others (check it or leave it out)",
+                        format_quantity(pass.bins.radius[*verdict.datum], Dimension::kLength))
+          : verdict.remedy;
   describe_fit(unknowns, pass.problem, fit, departures, result);
   describe_light(pass.model, pass.bins, pass.noise, pass.spread, logs_of(fit.x, unknowns.size()), result);
   return remedy;
@@ -455,7 +455,7 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
   bool centred = std::holds_alternative<EncircledCurve>(focus.data);
   const bool noise_of_fit = focus.is_one_mirror || focus.gain;
   for (int number = 0; number < kMostPasses; ++number) {
-    context.say(number == 0 ? "looking for a start" : fmt::format("pass {}", number + 1));
+    context.say(number == 0 ? "searching for a start" : fmt::format("pass {}", number + 1));
     pass.emplace(task_at, unknowns, focus, geometry.bins(), pupil, context.threads);
     const Eigen::Index count = pass->bins.measured.size();
     if (number == 0) require(own, unknowns, pass->bins, pass->problem.parameters());
@@ -480,11 +480,11 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
     pass->problem.set_covariance(covariance);
     const std::optional<Eigen::VectorXd> start =
         number == 0 ? start_of(pass->problem, unknowns, &result.evaluations) : std::optional(fit.x);
-    if (!start) throw ComputationError("no value of the unknowns near those of the study has a prediction");
+    if (!start) throw ComputationError("no values of the unknowns near those of the study give a prediction");
     fit = fit_parameters(fit_problem(pass->problem, unknowns), *start);
     result.evaluations += fit.evaluations;
     if (fit.status == ParameterFitStatus::kFailed)
-      throw ComputationError("the light has no derivative there: " + fit.message);
+      throw ComputationError("the prediction has no derivative there: " + fit.message);
     const Eigen::Vector2d step = pass->bins.are_rings ? centre_step(*pass, geometry, task_at, unknowns, focus,
                                                                     pupil, fit.x, context.threads)
                                                       : Eigen::Vector2d(0, 0);

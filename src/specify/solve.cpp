@@ -38,8 +38,8 @@ Theory theory_of(const Task& task, Warnings* warnings) {
   const RadialPsd psd(*task.psd);
   const PhysicsChoice use = choose_physics(task, requested_physics(task), &psd);
   if (use.theory == Theory::kRays)
-    throw FieldError("target.theory", "\"rays\", drawn deflections, whose statistics have a sampling error",
-                     "\"auto\", \"ghs\"; \"geometric\" of mirrors of revolution");
+    throw FieldError("target.theory", "\"rays\", random deflections, whose statistics have a sampling error",
+                     "\"auto\", \"ghs\"; \"geometric\" for mirrors of revolution");
   warnings->insert(warnings->end(), use.warnings.begin(), use.warnings.end());
   if (auto shift = image_shift_warning(task)) warnings->push_back(std::move(*shift));
   return use.theory;
@@ -175,7 +175,7 @@ std::vector<Crossing> crossings(const Search& search, const std::vector<Step>& s
 std::string plain_reason(const Specification& spec) {
   const SolvePoint& nearest = spec.nearest;
   const Budget& budget = spec.budgets[nearest.binding];
-  return fmt::format("{} of {} is nearest, where {} is {}",
+  return fmt::format("the nearest is {} = {}, where {} is {}",
                      spec.unknowns[0].pointer.substr(spec.unknowns[0].pointer.rfind('/') + 1),
                      format_quantity(nearest.at[0], spec.unknowns[0].dimension), budget.key,
                      in_budget_unit(budget, nearest.budgets[nearest.binding].value));
@@ -212,7 +212,7 @@ std::string why_all(const Specification& spec, double core) {
                   spec.budgets.size() == 1 ? "the budget" : "all budgets", plain_reason(spec));
   if (energy && budget.at_most && core > energy->fraction)
     return known + fmt::format(
-                       ". The specular core alone holds {} of the light, more than the {} asked for, "
+                       ". The specular core alone holds {} of the energy, more than the required {}, "
                        "wherever the rest goes.",
                        format_percent(core), format_percent(energy->fraction));
   return known + ".";
@@ -220,7 +220,7 @@ std::string why_all(const Specification& spec, double core) {
 
 void explain(const BudgetValues& budgets, const Search& search, const std::vector<Step>& steps,
              Specification* spec) {
-  // The least violated step, or the one with the least margin: a turning point or an end of the range.
+  // This step violates the budgets least, or has the least margin: a turning point or an end of the range.
   const bool none = steps.front().worst() > 0;
   const auto nearest = std::min_element(steps.begin(), steps.end(), [&](const Step& a, const Step& b) {
     return none ? a.worst() < b.worst() : a.worst() > b.worst();
@@ -253,8 +253,8 @@ void check_theory_there(const TaskAt& task_at, Specification* spec) {
   }
   spec->warnings.push_back(
       {"solve-theory-ends",
-       fmt::format("at the solution the study's targets no longer come from theory {}: {}; name another with "
-                   "target.theory, or take the solution as a bound",
+       fmt::format("at the solution theory {} is no longer the one that the study needs: {}; name another "
+                   "with target.theory, or take the solution as a bound",
                    to_string(spec->theory), found)});
 }
 
@@ -277,7 +277,7 @@ Specification solve_specification(const TaskAt& task_at, const std::vector<Solve
     if (!(unknown.start > 0))
       throw FieldError("solve.for",
                        fmt::format("{}, which is {} in the study", unknown.pointer, unknown.start),
-                       "a number above zero as start: the search goes in factors");
+                       "a number above zero as start, because the search goes in factors");
     own.push_back(unknown.start);
   }
   spec.theory = theory_of(task_at(own), &spec.warnings);
@@ -287,13 +287,14 @@ Specification solve_specification(const TaskAt& task_at, const std::vector<Solve
     if (!budget.of_light && !budget.of_surface) continue;
     if (budget.of_light && spec.theory != Theory::kGhs)
       throw FieldError("solve.so_that", budget.key + " with theory " + to_string(spec.theory),
-                       "a target.theory of \"ghs\"; of rays ee radii, heights, slopes and scatter_rms");
+                       "target.theory \"ghs\"; by rays only ee radii, heights, slopes and scatter_rms");
     if (options.confidence > 0)
       throw FieldError("solve.confidence", "beside " + budget.key,
                        "ee radii and diameters, rms_height, scatter_rms");
   }
   if (options.confidence > 0 && spec.theory != Theory::kGhs)
-    throw FieldError("solve.confidence", "theory " + to_string(spec.theory) + ", which knows the mean alone",
+    throw FieldError("solve.confidence",
+                     "theory " + to_string(spec.theory) + ", which predicts only the mean",
                      "a target.theory of \"ghs\", or no confidence");
   const BudgetValues values(task_at, spec.unknowns, spec.budgets, spec.theory, options.confidence,
                             context.threads);

@@ -13,8 +13,8 @@ namespace {
 using Eigen::ArrayXd;
 using Eigen::Index;
 
-// Chosen so that no polished surface is steeper beyond chance. The profile dabam-022 falls as f^-5.2 below
-// the end of its instrument's band and as f^-9.9 beyond. The exponents of surfaces are larger by one.
+// No polished surface is steeper than this beyond chance. The profile dabam-022 falls as f^-5.2 below the end
+// of its instrument's band and as f^-9.9 beyond. The exponents of surfaces are larger by one.
 constexpr double kSteepestProfile = 6, kSteepestSurface = 7;
 constexpr double kCliff = 8;  // factor below the extrapolated line that a cliff must reach
 constexpr double kGoesOn = 3, kGoesOnWithinChance = 3;  // factor, standard deviations

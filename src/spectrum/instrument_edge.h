@@ -12,9 +12,10 @@ struct InstrumentEdge {
          exponent_beyond = 0;  ///< psd ~ f^-exponent in the decade below, and over the cliff
 };
 
-/// Returns the lowest cliff of an estimate: within a third of a decade, the bins fall more steeply than any
-/// polished surface, and beyond chance below an eighth of the extrapolated decade. The edge is where they are
-/// first a third below that line. Empty if there is none, or fewer than six bins below it.
+/// Returns the lowest cliff of an estimate. At a cliff the bins fall, within a third of a decade, more
+/// steeply than those of any polished surface. They fall, beyond chance, below an eighth of the line through
+/// the decade before. The edge is where they are first a third below that line. Empty if there is no cliff,
+/// or if fewer than six bins lie below it.
 std::optional<InstrumentEdge> instrument_edge(const PsdEstimate& estimate);
 
 }  // namespace aberfit::internal

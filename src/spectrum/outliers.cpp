@@ -17,7 +17,7 @@ using Eigen::Index;
 
 constexpr double kFalseAlarms = 0.005;  // probability of an alarm in a clean measurement, see outliers.h
 constexpr double kDeviationsOfMedian = 1.4826;
-constexpr double kEfficiencyOfMedian = 0.37;  // of the median size over the standard deviation
+constexpr double kEfficiencyOfMedian = 0.37;  // relative to the standard deviation
 constexpr double kBesideOthers = 3.5;         // standard deviations
 // Limit of the median step at the rim of a region over the height of the region. It is 1 for damage and 0.1
 // to 0.3 for a bend of the surface, such as the turned-down rim of an interferogram.
@@ -145,7 +145,7 @@ class Residuals {
            (deviation_[std::size_t(kind)] * tile_factor_[t]);
   }
 
-  // True if a sample continues the surface on one of its sides.
+  // Returns true if a sample continues the surface on one of its sides.
   bool continues_a_side(Index r, Index c) const {
     const double residual = residual_(r, c), sign = residual > 0 ? 1 : -1;
     int there = 0, agree = 0;

@@ -56,7 +56,8 @@ int even_samples(const Eigen::ArrayXd& x, double pitch) {
   (x.tail(n - 1) - x.head(n - 1)).maxCoeff(&gap);
   const auto length = [](double value) { return format_quantity(value, Dimension::kLength); };
   throw std::invalid_argument(
-      fmt::format("a profile of pitch {} with a gap of {} has {:.3g} even samples, at most {:.3g} are taken",
+      fmt::format("a profile of pitch {} with a gap of {} would have {:.3g} evenly spaced samples; at most "
+                  "{:.3g} are possible",
                   length(pitch), length(x[gap + 1] - x[gap]), samples, kMost));
 }
 

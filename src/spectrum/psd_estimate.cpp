@@ -105,21 +105,21 @@ void trust_up_to_the_edge(PsdEstimate* estimate) {
   estimate->warnings.push_back(
       {"instrument-cut-off",
        fmt::format(
-           "above {} the PSD falls as f^-{:.1f}, below as f^-{:.1f}: that is where the instrument or a "
-           "filter ends, not the surface; what lies beyond is left out (`f_max` takes it in)",
+           "above {} the PSD falls as f^-{:.1f}, below as f^-{:.1f}. This is the limit of the instrument or "
+           "a filter, not the surface, so higher frequencies are left out (`f_max` includes them)",
            format_quantity(edge->frequency, Dimension::kSpatialFrequency), edge->exponent_beyond,
            edge->exponent_below)});
 }
 
-// For profiles only: the holes of a map leak as well, and no window reduces that.
+// Only profiles get this warning: the holes of a map leak as well, and no window reduces that.
 void warn_of_the_window(PsdEstimate* estimate) {
   const std::optional<WindowLeak> leak = window_leak(*estimate);
   if (!leak) return;
   estimate->warnings.push_back(
       {"window-leaks",
-       fmt::format("from {} on up to {} of a bin has come through the side lobes of window \"{}\" from below "
-                   "half of its frequency: there the spectrum may fall steeper than its bins show, and their "
-                   "intervals do not hold; take \"hann\" or \"blackman-harris\", or more detrending",
+       fmt::format("from {} on, up to {} of a bin leaks through the side lobes of window \"{}\" from below "
+                   "half of its frequency. There the spectrum may fall more steeply than its bins show, and "
+                   "their intervals do not hold. Take \"hann\" or \"blackman-harris\", or more detrending",
                    format_quantity(leak->frequency, Dimension::kSpatialFrequency),
                    format_percent(leak->share), to_string(estimate->options.window))});
 }
@@ -303,12 +303,12 @@ void PsdEstimator::trust_from_the_shape(const Measured& measured, const std::vec
   if (!leak->everywhere) result->trusted_from = leak->frequency;
   result->warnings.push_back(
       {"shape-leaks",
-       fmt::format(
-           "a shape that detrending has left leaks into the bins below {}: they fall by up to a factor "
-           "{:.2g} where four more degrees are taken off. {} Take it off (detrend, degree)",
-           format_quantity(leak->frequency, Dimension::kSpatialFrequency), leak->excess,
-           leak->everywhere ? "Too few bins lie above to fit: the model is that of the shape."
-                            : "They are left out of the fit (`f_min` takes them in).")});
+       fmt::format("a shape that detrending left behind leaks into the bins below {}: with four more degrees "
+                   "removed they fall by up to a factor {:.2g}. {} Remove the shape (detrend, degree)",
+                   format_quantity(leak->frequency, Dimension::kSpatialFrequency), leak->excess,
+                   leak->everywhere
+                       ? "Too few bins above remain for a fit, so the model describes this shape."
+                       : "They are left out of the fit (`f_min` includes them).")});
 }
 
 PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
@@ -323,7 +323,7 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
     parabola.detrend = {DetrendShape::kPolynomial, 2};
     PsdEstimate result = PsdEstimator(profile, parabola, plan.threads)(profile);
     result.warnings.push_back(
-        {"ellipse-fit-failed", "no mirror ellipse fits the profile; a parabola was taken off instead"});
+        {"ellipse-fit-failed", "no mirror ellipse fits the profile; a parabola was removed instead"});
     return result;
   }
   const Profile detrended = detrend(heights, plan.options.detrend);

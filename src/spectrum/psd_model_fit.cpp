@@ -59,28 +59,32 @@ std::vector<Limit> limits_of(PsdFamily family) {
     case PsdFamily::kKCorrelation:
       return {{PsdFamily::kUniform,
                2,
-               "a uniform PSD does as well: if there is a knee, it lies above the band",
+               "a uniform PSD fits equally well; if there is a knee, it lies above the band",
                {{"B", "m", 1, +1}, {"exponent", "1", 2, 0}}},
               {PsdFamily::kPowerLaw,
                1,
-               "a power law does as well: the knee lies below the band",
+               "a power law fits equally well; the knee lies below the band",
                {{"B", "m", 1, -1}}}};
     case PsdFamily::kPowerLawAndFloor:
-      return {{PsdFamily::kPowerLaw, 1, "the floor cannot be told from zero", {{"floor", "m", 2, +1}}}};
+      return {
+          {PsdFamily::kPowerLaw, 1, "the floor cannot be distinguished from zero", {{"floor", "m", 2, +1}}}};
     case PsdFamily::kKCorrelationAndFloor:
-      return {{PsdFamily::kKCorrelation, 1, "the floor cannot be told from zero", {{"floor", "m", 3, +1}}},
+      return {{PsdFamily::kKCorrelation,
+               1,
+               "the floor cannot be distinguished from zero",
+               {{"floor", "m", 3, +1}}},
               {PsdFamily::kPowerLawAndFloor,
                1,
-               "a power law and a floor do as well: the knee lies below the band",
+               "a power law and a floor fit equally well; the knee lies below the band",
                {{"B", "m", 1, -1}}}};
     case PsdFamily::kTwoKCorrelations:
       return {{PsdFamily::kKCorrelation,
                3,
-               "one k-correlation does as well as two",
+               "one k-correlation fits as well as two",
                {{"rms_2", "m", 3, 0}, {"B_2", "m", 4, 0}, {"exponent_2", "1", 5, 0}}},
               {PsdFamily::kKCorrelationAndFloor,
                2,
-               "a floor does as well as the second k-correlation",
+               "a floor fits as well as the second k-correlation",
                {{"B_2", "m", 4, 0}, {"exponent_2", "1", 5, 0}}}};
     default:
       return {};
@@ -200,19 +204,17 @@ class Fitter {
     add_parameters(shape, result);
     if (result->goodness < kPoorFit)
       result->warnings.push_back(
-          {"poor-fit",
-           shape.model_error > 0
-               ? fmt::format(
-                     "the model misses the bins typically by a factor {:.2f}, more than chance allows (p = "
-                     "{:.1e}); the intervals allow for it",
-                     std::exp(shape.model_error), result->goodness)
-               : fmt::format("the bins scatter about the model more than chance allows (p = {:.1e}); the "
-                             "intervals assume the model",
-                             result->goodness)});
+          {"poor-fit", shape.model_error > 0
+                           ? fmt::format("the model differs from the bins by a typical factor of {:.2f}, "
+                                         "more than chance allows (p = {:.1e}); the intervals include it",
+                                         std::exp(shape.model_error), result->goodness)
+                           : fmt::format("the bins scatter about the model more than chance allows (p = "
+                                         "{:.1e}); the intervals assume that the model is right",
+                                         result->goodness)});
     if (band_.kind == PsdTableKind::k1dOneSided &&
         (family == PsdFamily::kPowerLawAndFloor || family == PsdFamily::kKCorrelationAndFloor))
       result->warnings.push_back(
-          {"floor-left-out", "the floor is taken for noise of the instrument and is left out of the model"});
+          {"floor-left-out", "the floor is taken as noise of the instrument and left out of the model"});
   }
 
   bool describes(PsdFamily family) {
@@ -358,7 +360,7 @@ class Fitter {
 }  // namespace
 
 std::string to_string(PsdFamily family) {
-  // In the order of the enum.
+  // The order is that of the enum.
   static constexpr const char* kNames[] = {"auto",
                                            "power-law",
                                            "k-correlation",
@@ -370,7 +372,7 @@ std::string to_string(PsdFamily family) {
 }
 
 std::string to_string(PsdFitStatus status) {
-  // In the order of the enum.
+  // The order is that of the enum.
   static constexpr const char* kNames[] = {"not run", "converged", "not converged", "failed"};
   return kNames[std::size_t(status)];
 }

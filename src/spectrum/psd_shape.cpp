@@ -20,7 +20,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kKneeReach = 50;  // factor outside the band up to which a knee is sought
-// 2-D; larger than that of any polished surface, and than windows resolve.
+// 2-D exponent; polished surfaces have smaller ones, and windows resolve no larger one
 constexpr double kLargestExponent = 16;
 
 enum class Part { kKnee, kPower, kUniform, kFloor };
@@ -32,7 +32,7 @@ struct PlacedPart {
   int at, count;  // its parameters in theta
 };
 
-// In the order of PsdFamily; kAuto has no shape.
+// The order is that of PsdFamily; kAuto has no shape.
 std::vector<PlacedPart> parts_of(PsdFamily family) {
   assert(family != PsdFamily::kAuto);
   static const std::vector<Part> kParts[] = {{},

@@ -108,7 +108,7 @@ struct Optimum {
   VectorXd theta;
   double cost = kInfinity;
   bool converged = false;
-  int iterations = 0;  // of all descents that led here
+  int iterations = 0;  // sum over all descents that led here
 };
 
 // Runs one descent; parameter `fixed` (if >= 0) is held constant.

@@ -34,7 +34,7 @@ struct PsdShapeFit {
   PsdShape shape;
   bool converged = false;
   std::string message;
-  int iterations = 0;  ///< of the descents that led here
+  int iterations = 0;  ///< iterations of the descents that led here
   Eigen::VectorXd theta;
   Eigen::ArrayXd expected;  ///< E of the bins used
   /// Covariance of theta for correlated bins; infinite on the diagonal if undetermined or at a bound.

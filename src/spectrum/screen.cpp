@@ -30,9 +30,9 @@ std::string with_and_without(const SurfaceRms& with, const SurfaceRms& without) 
 std::string padding_words(const HeightMap& map, const Padding& one) {
   const double valid = double(valid_count(map));
   const std::string where =
-      one.outside == one.points ? "all of them outside the convex region of the others"
-      : one.outside == 0        ? "none of them outside the convex region of the others"
-                         : grouped(double(one.outside)) + " of them outside the convex region of the others";
+      one.outside == one.points ? "all of them outside the convex hull of the others"
+      : one.outside == 0        ? "none of them outside the convex hull of the others"
+                         : grouped(double(one.outside)) + " of them outside the convex hull of the others";
   return fmt::format(
       "{} of {} points ({:.3g} %) have the height {} exactly ({:.9g} in the file), {}, in {} "
       "{}",
@@ -53,11 +53,10 @@ void warn_of_padding(const HeightMap& map, const DetrendOptions& detrend, Warnin
     values += fmt::format("{}{:.9g}", values.empty() ? "" : ",", one.height / map.file_unit);
   }
   warnings->push_back(
-      {"padding",
-       fmt::format("{}without them {}. If they are no measurement, `invalid: [{}]` (`--invalid {}`) "
-                   "makes them holes",
-                   text, with_and_without(surface_rms(map, detrend), surface_rms(rest, detrend)), values,
-                   values)});
+      {"padding", fmt::format("{}without them {}. If they are not measured, set `invalid: [{}]` (`--invalid "
+                              "{}`) to make them holes",
+                              text, with_and_without(surface_rms(map, detrend), surface_rms(rest, detrend)),
+                              values, values)});
 }
 
 template <class Measured>
@@ -67,16 +66,16 @@ void treat(Measured* data, OutlierTreatment treatment, const DetrendOptions& det
   Measured clean = *data;
   take_out(&clean, outliers.found);
   const std::string found =
-      fmt::format("{} of {} samples stand out of their surroundings by more than {:.2g} sigma",
+      fmt::format("{} of {} samples differ from their surroundings by more than {:.2g} sigma",
                   grouped(double(outliers.count)), grouped(double(outliers.tested)), outliers.threshold);
   const std::string effect = with_and_without(surface_rms(*data, detrend), surface_rms(clean, detrend));
   if (treatment == OutlierTreatment::kWarn) {
     warnings->push_back(
         {"outliers",
-         fmt::format("{}; without them {}; `outliers: \"reject\"` takes them out as holes", found, effect)});
+         fmt::format("{}; without them {}; `outliers: \"reject\"` makes them holes", found, effect)});
     return;
   }
-  warnings->push_back({"outliers-rejected", fmt::format("{} and are taken out as holes: {}", found, effect)});
+  warnings->push_back({"outliers-rejected", fmt::format("{} and become holes: {}", found, effect)});
   *data = std::move(clean);
 }
 
@@ -92,12 +91,12 @@ std::string unusual_extent(double height, double length, const char* of) {
   if (length > 0 && !(length >= kShortest && length <= kLongest)) {
     const double factor = length > kLongest ? 1e-3 : 1e3, meant = length * factor;
     const bool explains = meant >= kShortest && meant <= kLongest;
-    return fmt::format("the {} is {}; {} to {} is ordinary{}", of, length_text(length),
+    return fmt::format("the {} is {}, but usual values are {} to {}{}", of, length_text(length),
                        length_text(kShortest), length_text(kLongest),
                        explains ? fmt::format(", {} for example", length_text(meant)) : "");
   }
   if (!(length > 0 && height > kHighest * length)) return "";
-  return fmt::format("heights without their parabola span {} of the {}, {}; up to {} is ordinary",
+  return fmt::format("heights without their parabola span {} of the {}, {}; usual values are up to {}",
                      format_percent(height / length), of, length_text(length), format_percent(kHighest));
 }
 
@@ -110,7 +109,7 @@ std::string unusual(const Profile& profile) {
   if (const std::string what = unusual_extent(0, length, "record's length"); !what.empty()) return what;
   const double most = profile.value.isFinite().select(profile.value.abs(), 0.0).maxCoeff();
   if (!(most > kSteepest)) return "";
-  return fmt::format("slopes reach {}; up to {} is ordinary", format_quantity(most, Dimension::kAngle),
+  return fmt::format("slopes reach {}; usual values are up to {}", format_quantity(most, Dimension::kAngle),
                      format_quantity(kSteepest, Dimension::kAngle));
 }
 

@@ -37,7 +37,7 @@ Index first_sure(const PsdEstimate& estimate) {
 // the error of its extrapolation to the bins below.
 struct LeakFreeLine {
   double at = 0, slope = 0;
-  double dof = 0, mean = 0, spread = 0;  // of u, weighted by degrees of freedom
+  double dof = 0, mean = 0, spread = 0;  // mean and spread of u, weighted by degrees of freedom
 
   double error_at(double u) const { return std::sqrt(2 / dof + 2 * (u - mean) * (u - mean) / spread); }
 };

@@ -23,7 +23,8 @@ bool trusted(const PsdEstimate& band, Eigen::Index i) {
 }  // namespace
 
 PsdEstimate stitch(const std::vector<PsdEstimate>& bands) {
-  if (bands.empty()) throw std::invalid_argument("nothing to stitch: no PSD estimate given");
+  if (bands.empty())
+    throw std::invalid_argument("there is nothing to stitch, because no PSD estimate is given");
   for (const PsdEstimate& band : bands)
     if (band.kind != bands.front().kind)
       throw std::invalid_argument(

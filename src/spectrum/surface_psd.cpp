@@ -175,7 +175,7 @@ DrawingLine line_as_measured(const SurfacePsd& surface, PsdTableKind kind, doubl
   if (!(shallow > 0 && steep < 0)) return line;
   const double exponent = root_between(off, kLeastExponent, kSteepest, shallow, steep);
   const double level =
-      std::pow(data.height, 2) / height(exponent);  // of the profile, or 2 pi times that of S
+      std::pow(data.height, 2) / height(exponent);  // level of the profile, or 2 pi times that of S
   const KCorrelation1d of_level = k_correlation_2d_to_1d({profile ? 1.0 : level / (2 * kPi), 1, exponent});
   line.exponent = of_level.exponent;
   line.amplitude = profile ? level : of_level.amplitude;

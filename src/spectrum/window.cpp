@@ -32,7 +32,7 @@ double window_value(WindowKind window, double t) {
 }  // namespace
 
 std::string to_string(WindowKind window) {
-  // In the order of the enum.
+  // The order is that of the enum.
   static constexpr const char* kNames[] = {"none", "hann", "hamming", "blackman-harris", "welch", "tukey"};
   return kNames[std::size_t(window)];
 }

@@ -18,7 +18,7 @@ Aperture unobstructed(const ApertureSpec& spec, const SegmentedAperture& of_mask
 }  // namespace
 
 std::optional<Aperture> clear_of(const ApertureSpec& spec, const SegmentedAperture& of_mask) {
-  constexpr double kLeastClear = 1e-6;  // of the area
+  constexpr double kLeastClear = 1e-6;  // fraction of the area
   const Aperture shape = unobstructed(spec, of_mask);
   if (spec.spiders.empty()) return shape;
   const Aperture left = obstructed(shape, spec.spiders);

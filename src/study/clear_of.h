@@ -5,8 +5,8 @@
 
 namespace aberfit::internal {
 
-/// The shape of a description less what its spiders cover; for a mask the shape is `of_mask`, its outlines.
-/// Nothing where they leave a millionth or less.
+/// The described shape without the parts that its spiders cover. of_mask: the outlines of a mask, if the
+/// shape is one. Returns nothing if at most a millionth of the area is left.
 std::optional<Aperture> clear_of(const ApertureSpec& spec, const SegmentedAperture& of_mask);
 
 }  // namespace aberfit::internal

@@ -15,33 +15,32 @@ namespace {
 constexpr int kLargestOrder = 300;
 constexpr std::int64_t kMostRays = 1000000000;
 
-// Noll's index of the last mode with n = 100, up to which one recurrence keeps 12 digits (scene/zernike.h).
+// This is Noll's index of the last mode with n = 100. Up to there one recurrence keeps 12 digits
+// (scene/zernike.h).
 constexpr int kLargestNoll = 5151;
 
 void describe_known_zernikes(Visitor& v, Mirror& mirror) {
   bool given = !mirror.zernike.empty();
   v.object({"zernike", "known Zernike terms of the design or of a measurement, part of the nominal mirror"},
            &given, [&](Visitor& z) {
-             z.quantity_or(
-                 {"radius",
-                  "of the disc on which they are orthonormal [m], no less than that of the aperture; "
-                  "absent: that of the aperture",
-                  kOptional, "\"0.2 m\""},
-                 mirror.zernike_radius, 0, kLength, Range::positive());
+             z.quantity_or({"radius",
+                            "radius of the disc on which they are orthonormal [m], at least that of the "
+                            "aperture; absent: that of the aperture",
+                            kOptional, "\"0.2 m\""},
+                           mirror.zernike_radius, 0, kLength, Range::positive());
              std::size_t of = 0;
              z.choice({"of",
-                       "what the heights are of: the surface, or the wavefront, which is twice as much; both "
-                       "positive where the mirror is too high, towards the incoming light"},
+                       "whether the heights are of the surface or of the wavefront (twice the surface); both "
+                       "are positive where the mirror is too high, towards the incoming light"},
                       of, {"surface", "wavefront"});
              std::map<int, double> heights;
              for (const KnownZernike& term : mirror.zernike) heights[noll_index(term.mode)] += term.height;
-             z.numbered_quantities(
-                 {"noll",
-                  "RMS over the disc [m] by Noll's index, 1 to 5151 (n <= 100): orthonormal, even "
-                  "indices are cosines; 2 and 3 tilt the image away from the nominal focus, about "
-                  "which light is counted",
-                  kRequired, R"({"4": "120 nm", "7": "-30 nm"})"},
-                 heights, 1, kLargestNoll, kLength, Range::any());
+             z.numbered_quantities({"noll",
+                                    "RMS over the disc [m] by Noll's index, 1 to 5151 (n <= 100), "
+                                    "orthonormal; even indices are cosines. Indices 2 and 3 tilt the image "
+                                    "away from the nominal focus, which stays the centre of all statistics",
+                                    kRequired, R"({"4": "120 nm", "7": "-30 nm"})"},
+                                   heights, 1, kLargestNoll, kLength, Range::any());
              if (!z.reading()) return;
              mirror.zernike.clear();
              for (const auto& [index, height] : heights)
@@ -69,9 +68,9 @@ void describe_mirror(Visitor& v, Mirror& mirror) {
 }
 
 void describe_margin(Visitor& v, double& margin, double limit) {
-  v.quantity({"margin", "width along every edge that random, Sobol and grid points keep clear of [m]",
-              kOptional, "\"1 mm\""},
-             margin, kLength, Range::non_negative());
+  v.quantity(
+      {"margin", "width along every edge without random, Sobol or grid points [m]", kOptional, "\"1 mm\""},
+      margin, kLength, Range::non_negative());
   v.check(margin < limit, "margin", format_quantity(margin, kLength),
           "less than " + format_quantity(limit, kLength));
 }
@@ -103,7 +102,7 @@ void describe(Visitor& v, RectangleAperture& a) {
 
 void describe_vertices(Visitor& v, Outline& vertices, const char* example) {
   v.points(
-      {"vertices", "corners [x, y] in order [m], either sense; edges must not cross", kRequired, example},
+      {"vertices", "corners [x, y] [m] in order, clockwise or not; edges must not cross", kRequired, example},
       vertices, 3);
   const std::string problem = v.reading() ? polygon_problem(vertices) : "";
   v.check(problem.empty(), "vertices", problem, "a polygon with an area whose edges do not cross");
@@ -122,12 +121,12 @@ struct Hexagons {
 
 void describe(Visitor& v, Hexagons& h) {
   v.integer({"rings", "rings of hexagons about the axis", kRequired, "3"}, h.rings, 1, 30);
-  v.quantity({"flat_to_flat", "size of a hexagon [m]", kRequired, "\"1.3 m\""}, h.flat_to_flat, kLength,
-             Range::positive());
-  v.quantity({"gap", "between the edges of two hexagons [m]", kOptional, "\"3 mm\""}, h.gap, kLength,
+  v.quantity({"flat_to_flat", "flat-to-flat width of a hexagon [m]", kRequired, "\"1.3 m\""}, h.flat_to_flat,
+             kLength, Range::positive());
+  v.quantity({"gap", "width of the gap between two hexagons [m]", kOptional, "\"3 mm\""}, h.gap, kLength,
              Range::non_negative());
-  v.boolean({"centre", "whether there is one on the axis"}, h.centre);
-  v.quantity({"angle", "of a corner from the x axis [rad]", kOptional, "\"30 deg\""}, h.angle, kAngle,
+  v.boolean({"centre", "whether there is a hexagon on the axis"}, h.centre);
+  v.quantity({"angle", "angle of a corner from the x axis [rad]", kOptional, "\"30 deg\""}, h.angle, kAngle,
              Range::any());
 }
 
@@ -136,17 +135,17 @@ void describe(Visitor& v, SegmentedAperture& a) {
   v.optional_object({"hexagons", "hexagons in rings; instead of polygons"}, hexagons, describe);
   std::vector<Outline> polygons = v.reading() ? std::vector<Outline>{} : a.outlines;
   v.list(
-      {"polygons", "one outline for each segment; instead of hexagons"}, polygons.size(), 0,
+      {"polygons", "outline of each segment; instead of hexagons"}, polygons.size(), 0,
       [&](std::size_t count) { polygons.resize(count); },
       [&](Visitor& one, std::size_t i) { describe_vertices(one, polygons[i], nullptr); });
   describe_margin(v, a.margin, std::numeric_limits<double>::infinity());
   v.quantity({"piston",
-              "standard deviation of the height of each segment [m]: part of the light asked for, and a term "
-              "of each segment in a fit",
+              "standard deviation of the height of each segment [m]; it is part of the target, and in a fit "
+              "each segment has it as a term",
               kOptional, "\"30 nm\""},
              a.piston, kLength, Range::non_negative());
-  v.quantity({"tip_tilt", "the same of the slope of each segment along x, and along y [rad]", kOptional,
-              "\"20 nrad\""},
+  v.quantity({"tip_tilt", "standard deviation of the slope of each segment along x and along y [rad]",
+              kOptional, "\"20 nrad\""},
              a.tip_tilt, kAngle, Range::non_negative());
   if (!v.reading()) return;
   v.check(hexagons.has_value() == polygons.empty(), hexagons ? "polygons" : "hexagons",
@@ -162,25 +161,28 @@ void describe(Visitor& v, SegmentedAperture& a) {
 }
 
 void describe(Visitor& v, Vane& vane) {
-  v.quantity({"width", "of the strip [m]", kRequired, "\"25 mm\""}, vane.width, kLength, Range::positive());
-  v.quantity({"angle", "where it goes from the axis, from x to y [rad]", kRequired, "\"45 deg\""}, vane.angle,
-             kAngle, Range::any());
-  v.quantity({"offset", "of its middle line from the axis, to the left [m]", kOptional, "\"10 mm\""},
+  v.quantity({"width", "width of the vane [m]", kRequired, "\"25 mm\""}, vane.width, kLength,
+             Range::positive());
+  v.quantity(
+      {"angle", "direction of the vane from the axis, from x towards y [rad]", kRequired, "\"45 deg\""},
+      vane.angle, kAngle, Range::any());
+  v.quantity({"offset", "offset of its centre line from the axis, to the left [m]", kOptional, "\"10 mm\""},
              vane.offset, kLength, Range::any());
 }
 
 void describe(Visitor& v, MaskFile& mask) {
   v.text({"file",
-          "FITS (row 0 at the lowest y) or text image (first line the top row), relative to the study; from "
-          "0 to 1 the clear "
-          "share of each pixel, clear where it is above one half, the middle on the axis",
+          "FITS (row 0 at the lowest y) or text image (first line is the top row), relative to the study. A "
+          "value from 0 to 1 is the clear fraction of a pixel, which is clear above one half. The middle is "
+          "on the axis",
           kRequired, "\"pupil.fits\""},
          mask.file, false);
-  v.quantity({"pitch", "of its pixels [m]", kRequired, "\"5 mm\""}, mask.pitch, kLength, Range::positive());
+  v.quantity({"pitch", "pitch of its pixels [m]", kRequired, "\"5 mm\""}, mask.pitch, kLength,
+             Range::positive());
   describe_margin(v, mask.margin, std::numeric_limits<double>::infinity());
 }
 
-// A schema goes through all shapes: only what is read is kept.
+// The schema visitor goes through all shapes, so we keep only what a reader sets.
 void describe_aperture(Visitor& v, Study& study) {
   ApertureSpec spec;
   if (study.obstructed)
@@ -190,7 +192,8 @@ void describe_aperture(Visitor& v, Study& study) {
   v.object({"aperture", "clear aperture, centred on the axis unless a polygon says otherwise", kRequired,
             R"({"shape": "circle", "diameter": "0.4 m"})"},
            nullptr, [&](Visitor& a) {
-             a.kind({"shape", "outline; the keys beside it belong to the shape", kRequired}, spec.shape,
+             a.kind({"shape", "shape of the outline; the keys beside it belong to the shape", kRequired},
+                    spec.shape,
                     {{"circle", CircleAperture{}},
                      {"annulus", AnnulusAperture{}},
                      {"rectangle", RectangleAperture{}},
@@ -225,7 +228,8 @@ struct Band {
 void describe(Visitor& v, Band& band) {
   v.quantity({"from", "shortest wavelength [m]", kOptional, "\"500 nm\""}, band.from, kLength, kWavelengths);
   v.quantity({"to", "longest wavelength [m]", kOptional, "\"600 nm\""}, band.to, kLength, kWavelengths);
-  v.integer({"count", "lines of equal share, in the middles of as many parts; absent: 5", kOptional, "5"},
+  v.integer({"count", "number of wavelengths of equal share, in the middles of as many parts; absent: 5",
+             kOptional, "5"},
             band.count, 2, 100);
   v.list(
       {"lines", "wavelengths and their shares, instead of from, to and count"}, band.lines.size(), 0,
@@ -235,8 +239,8 @@ void describe(Visitor& v, Band& band) {
       [&](Visitor& line, std::size_t k) {
         line.quantity({"wavelength", "[m]", kRequired, "\"550 nm\""}, band.lines[k].wavelength, kLength,
                       kWavelengths);
-        line.quantity({"share", "of all light; shares are those of their sum"}, band.lines[k].share, kNumber,
-                      Range::positive());
+        line.quantity({"share", "relative energy of the line; shares are divided by their sum"},
+                      band.lines[k].share, kNumber, Range::positive());
       });
   const bool by_ends = band.from && band.to;
   v.check(by_ends == band.lines.empty(), by_ends ? "lines" : "from",
@@ -255,7 +259,7 @@ void describe_light(Visitor& v, Light& light) {
              if (!l.reading() && !light.is_band() && light > 0) wavelength = double(light);
              l.quantity({"wavelength", "wavelength [m]; this or band", kOptional, "\"632.8 nm\""}, wavelength,
                         kLength, kWavelengths);
-             l.optional_object({"band", "a filter: energies of its lines add"}, band, describe);
+             l.optional_object({"band", "a filter; the irradiances of its wavelengths add"}, band, describe);
              if (!l.reading()) return;
              l.check(wavelength.has_value() != band.has_value(), wavelength ? "band" : "wavelength",
                      wavelength ? "a band beside wavelength" : kMissing,
@@ -275,15 +279,13 @@ void describe_band(Visitor& t, BandSpec& band) {
   else if (band.rule != BandRule::kDefault || !t.reading())
     value = std::string(band.rule == BandRule::kAuto ? "auto" : "all");
   const std::variant<std::string, double> before = value;
-  t.word_or_quantity(
-      {"band",
-       "where the terms end and scatter begins [cycles/m]: frequencies of the roughness above it enter as "
-       "their "
-       "mean, a scatter function; all: every frequency is the terms'; auto: where what lies above no longer "
-       "makes one mirror differ from the mean. Absent: auto where the terms are and the theory is not "
-       "geometric, else all",
-       kOptional, "\"6 /m\"", "Or \"auto\", or \"all\"."},
-      value, "auto|all", kFrequency, Range::positive());
+  t.word_or_quantity({"band",
+                      "frequency where terms end and scatter begins [cycles/m]; higher frequencies enter as "
+                      "their mean, a scatter function. all: terms carry every frequency. auto: the lowest "
+                      "cut above which single mirrors do not differ noticeably from their mean. Absent: auto "
+                      "if terms is auto and the theory is not geometric, else all",
+                      kOptional, "\"6 /m\"", "Or \"auto\", or \"all\"."},
+                     value, "auto|all", kFrequency, Range::positive());
   if (value == before) return;
   if (const auto* cut = std::get_if<double>(&value))
     band = {BandRule::kCut, *cut};
@@ -297,8 +299,8 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
   std::size_t rule = terms.fewest;
   v.word_or_object(
       {"terms",
-       "aberration terms to fit; auto: those that carry the roughness up to where one mirror stops to differ "
-       "from the mean; fewest: as few as are equivalent, whatever their PSD"},
+       "aberration terms to fit; auto: those that carry the roughness up to where single mirrors no longer "
+       "differ from their mean; fewest: the smallest equivalent set, whatever its PSD"},
       given, {"auto", "fewest"}, rule, [&](Visitor& t) {
         bool zernike = terms.zernike.has_value();
         t.object({"zernike", "all Zernike modes n_min <= n <= n_max"}, &zernike, [&](Visitor& z) {
@@ -306,8 +308,7 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
           z.integer({"n_min", "lowest radial order"}, terms.zernike->n_min, 0, kLargestOrder);
           std::optional<int>& n_max = terms.zernike->n_max;
           z.integer(
-              {"n_max",
-               "highest radial order; absent: the one that carries the band, 1.1 x 2 pi R f, at most 100",
+              {"n_max", "highest radial order; absent: 1.1 x 2 pi R f, which carries the band, at most 100",
                kOptional, "20"},
               n_max, 0, kLargestOrder);
           z.check(!n_max || *n_max >= terms.zernike->n_min, "n_max", fmt::format("{}", n_max.value_or(0)),
@@ -320,12 +321,13 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
                   {"count", "number of plane waves on log-uniform rings; absent: 400", kOptional, "400"},
                   fourier.count, 1, 1000000);
               f.choice_of({"sampling",
-                           "log: so many on log-uniform rings; grid: every point of the frequency grid of "
-                           "pitch 1/diameter that lies in the band, each with the variance of its cell"},
+                           "log: `count` waves on log-uniform rings; grid: every point of the frequency grid "
+                           "of pitch 1/diameter in the band, each with the variance of its grid square"},
                           fourier.sampling, {"log", "grid"});
               f.check(fourier.sampling == FourierSampling::kLog || !fourier.count, "count",
-                      fmt::format("{} waves of a grid", fourier.count.value_or(0)),
-                      "no count: band and aperture decide how many points the grid has; or sampling \"log\"");
+                      fmt::format("a count of {} with a grid", fourier.count.value_or(0)),
+                      "no count, because band and aperture determine the points of the grid; or sampling "
+                      "\"log\"");
             });
         std::vector<std::size_t> powers;
         for (const int power : terms.spherical) powers.push_back(std::size_t(power / 2 - 2));
@@ -347,8 +349,8 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
 void describe_trace(Visitor& v, TraceSpec& trace, const Aperture& aperture) {
   v.object({"trace", "how the surface is propagated to the focus"}, nullptr, [&](Visitor& t) {
     t.choice_or_auto({"model",
-                      "what turns the surface into statistics: rays, or waves (diffraction of the pupil on a "
-                      "grid as fine as its light needs); auto: what the theory needs"},
+                      "how statistics are computed from the surface: rays, or waves (diffraction of the "
+                      "pupil on a sufficiently fine grid); auto: as the theory needs"},
                      trace.model, {FocusModel::kRays, FocusModel::kWaves});
     PupilLayout layout = layout_of(aperture, trace.pupil);
     t.choice_of(
@@ -357,22 +359,21 @@ void describe_trace(Visitor& v, TraceSpec& trace, const Aperture& aperture) {
     if (layout != usual_layout(aperture)) trace.pupil.layout = layout;
     bool automatic_rays = !trace.pupil.rays;
     std::int64_t rays = rays_of(trace.pupil);
-    t.word_or_integer(
-        {"rays",
-         "wanted number of rays; auto: a fit takes as many as its sampling error asks for, everything "
-         "else 65536",
-         kOptional, "16384"},
-        automatic_rays, "auto", rays, 1, kMostRays);
+    t.word_or_integer({"rays",
+                       "requested number of rays; auto: a fit takes as many as its sampling error needs, "
+                       "everything else 65536",
+                       kOptional, "16384"},
+                      automatic_rays, "auto", rays, 1, kMostRays);
     if (t.reading() && !automatic_rays) trace.pupil.rays = rays;
-    t.seed({"seed", "of random and Sobol pupils"}, trace.pupil.seed);
+    t.seed({"seed", "seed of random and Sobol pupils"}, trace.pupil.seed);
     bool differences = trace.central_difference_step.has_value();
     std::size_t analytic = 0;
     t.word_or_object(
         {"normals", "surface normals: analytic, or by central differences with a step"}, differences,
         {"analytic"}, analytic, [&](Visitor& n) {
           n.object(
-              {"central_difference", "differences of the height", kRequired, R"({"step": "1 um"})"}, nullptr,
-              [&](Visitor& c) {
+              {"central_difference", "central differences of the height", kRequired, R"({"step": "1 um"})"},
+              nullptr, [&](Visitor& c) {
                 double step = trace.central_difference_step.value_or(0);
                 c.quantity({"step", "step [m]", kRequired, "\"1 um\""}, step, kLength, Range::positive());
                 trace.central_difference_step = step;
@@ -386,21 +387,23 @@ void describe_trace(Visitor& v, TraceSpec& trace, const Aperture& aperture) {
 
 void describe_fit(Visitor& v, FitSpec& fit) {
   v.object({"fit", "how the terms are fitted"}, nullptr, [&](Visitor& f) {
-    f.choice_of({"start", "a seeded draw from the prior, or zero"}, fit.start, {"draw", "zero"});
-    f.seed({"seed", "of the draw"}, fit.seed);
-    f.choice_of(
-        {"prior",
-         "near-start keeps the roughness character of the draw; zero-mean for few or low-order terms"},
-        fit.prior, {"near-start", "zero-mean"});
+    f.choice_of({"start", "start of the fit: a random realisation of the prior, or zero"}, fit.start,
+                {"draw", "zero"});
+    f.seed({"seed", "seed of the realisation"}, fit.seed);
+    f.choice_of({"prior",
+                 "near-start keeps the surface near the random start, with its roughness character; "
+                 "zero-mean suits few or low-order terms"},
+                fit.prior, {"near-start", "zero-mean"});
     f.integer({"max_iterations", "largest number of iterations"}, fit.max_iterations, 1, 1000000);
-    f.integer({"starts", "draws to begin with, in turn, until one is equivalent; else the nearest is kept"},
+    f.integer({"starts",
+               "number of random starts, tried in turn until one is equivalent; else the nearest is kept"},
               fit.starts, 1, 10000);
     f.quantity(
         {"spherical_rms",
          "prior RMS height of the spherical terms [m]; absent: by waves that of the roughness, else 1 um",
          kOptional, "\"25 nm\""},
         fit.spherical_rms, kLength, Range::positive());
-    f.quantity({"bound_sigmas", "above 0: keep coefficients within so many prior standard deviations"},
+    f.quantity({"bound_sigmas", "limit of coefficients in prior standard deviations; 0: no limit"},
                fit.bound_sigmas, kNumber, Range::non_negative());
   });
 }
@@ -410,11 +413,11 @@ void describe_fit(Visitor& v, FitSpec& fit) {
 void describe_study(Visitor& v, Study& study) {
   std::int64_t version = 1;
   v.integer({"aberfit", "version of the study format", kRequired, "1"}, version, 1, 1);
-  v.text({"$schema", "where an editor finds the schema of this format, as `aberfit schema` prints it",
+  v.text({"$schema", "file where an editor finds the schema of this format, as printed by `aberfit schema`",
           kOptional, "\"./aberfit.schema.json\""},
          study.schema, true);
-  v.text({"title", "a line for people", kOptional, "\"0.4 m f/7 paraboloid\""}, study.title, true);
-  v.text({"description", "what the study is for, where its numbers come from; goes with the result"},
+  v.text({"title", "title of the study, one line", kOptional, "\"0.4 m f/7 paraboloid\""}, study.title, true);
+  v.text({"description", "purpose of the study and source of its numbers; copied to the result"},
          study.description, true);
   describe_mirror(v, study.mirror);
   describe_aperture(v, study);
@@ -424,22 +427,22 @@ void describe_study(Visitor& v, Study& study) {
   describe_terms(v, study.terms);
   describe_trace(v, study.trace, study.aperture);
   describe_fit(v, study.fit);
-  v.object({"equivalence", "two one-sided tests"}, nullptr, [&](Visitor& e) {
+  v.object({"equivalence", "margins of the verdict, by two one-sided tests"}, nullptr, [&](Visitor& e) {
     e.quantity({"margin", "largest relative difference that counts as equivalent", kOptional, "\"1 %\""},
                study.equivalence.margin, kFraction, Range{0, 1, true, true});
     e.quantity({"stray_light",
-                "largest relative difference of the light outside an encircled energy's radius, 1 - E, that "
-                "counts as equivalent; absent: the margin alone",
+                "largest relative difference that counts as equivalent in 1 - E, the energy outside the "
+                "radius of an encircled energy; absent: only the margin applies",
                 kOptional, "\"5 %\""},
                study.equivalence.stray_light, kFraction, Range{0, 1, true, true});
-    e.quantity({"confidence", "of each one-sided test"}, study.equivalence.confidence, kFraction,
+    e.quantity({"confidence", "confidence of each one-sided test"}, study.equivalence.confidence, kFraction,
                Range{0.5, 1, true, true});
   });
-  v.object({"output", "what is written besides the result"}, nullptr, [&](Visitor& o) {
-    o.choice_of({"pictures",
-                 "files that pictures become: SVG, PNG or PDF; auto: SVG for curves, PNG for maps; none: no "
-                 "pictures"},
-                study.output.pictures, picture_format_names());
+  v.object({"output", "files that are written besides the result"}, nullptr, [&](Visitor& o) {
+    o.choice_of(
+        {"pictures",
+         "file format of pictures: SVG, PNG or PDF; auto: SVG for curves, PNG for maps; none: no pictures"},
+        study.output.pictures, picture_format_names());
     std::vector<std::size_t> exports;
     for (const ExportFormat format : study.output.exports) exports.push_back(std::size_t(format));
     o.choices({"export", "the fitted surface for other programs", kOptional,
@@ -447,16 +450,17 @@ void describe_study(Visitor& v, Study& study) {
               exports, export_names());
     study.output.exports.clear();
     for (const std::size_t format : exports) study.output.exports.push_back(ExportFormat(format));
-    o.integer({"export_grid", "points per side of exported maps"}, study.output.export_grid, 5, 8193);
-    o.choice_of(
-        {"arrays",
-         "curves, PSF and OTF as numbers: arrays.npz, CSV tables, or psf.fits and otf.fits; of `fit`, "
-         "`trace` and `check`"},
-        study.output.arrays, array_format_names());
+    o.integer({"export_grid", "number of points per side of exported maps"}, study.output.export_grid, 5,
+              8193);
+    o.choice_of({"arrays",
+                 "format of curves, PSF and OTF as numbers: arrays.npz, CSV tables, or psf.fits and "
+                 "otf.fits; for `fit`, `trace` and `check`"},
+                study.output.arrays, array_format_names());
   });
   v.object({"verify", "how `aberfit verify` compares"}, nullptr, [&](Visitor& w) {
     w.integer({"draws",
-               "surfaces drawn for the ensemble means, a multiple of 16; absent: as many as the margin needs",
+               "number of random surfaces for the ensemble means, a multiple of 16; absent: as many as the "
+               "margin needs",
                kOptional, "256"},
               study.verify_draws, 2, 1000000);
   });

@@ -2,8 +2,8 @@
 #include "aberfit/study/study.h"
 #include "visitor.h"
 
-// The one description of the study format, version 1: every key with its place in the study, shown to a
-// visitor.
+// The only description of the study format, version 1. It shows a visitor every key and its place in the
+// study.
 namespace aberfit::internal {
 
 /// The whole file. Called on the root object.
@@ -19,8 +19,8 @@ void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& m
 /// The keys of target.map.
 void describe_map_target(Visitor& v, MapTarget& target);
 
-/// A length in the plane of the focus, or an angle on the sky, which stays a text: only f makes a length of
-/// it.
+/// A length in the plane of the focus, or an angle on the sky. An angle stays a text, because only f turns it
+/// into a length.
 void describe_extent_in_focus(Visitor& v, const Field& field,
                               std::optional<std::variant<std::string, double>>& value);
 /// The keys of solve.focus.
@@ -30,7 +30,7 @@ void describe_solve(Visitor& v, SolveSpec& solve);
 /// The `vary` block.
 void describe_vary(Visitor& v, VarySpec& vary);
 
-/// Reports `key` unless `unit` is one of the dimension's. more: what else the message allows.
+/// Reports `key` unless `unit` belongs to the dimension. more: what else the message says is allowed.
 void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension,
                 const std::string& more = "");
 /// Reports `f_max` unless it is above `f_min`.

@@ -23,52 +23,52 @@ void describe_extent_in_focus(Visitor& v, const Field& field,
 }
 
 void describe_focus(Visitor& v, FocusSpec& focus) {
-  v.text(
-      {"file",
-       "encircled-energy curve (columns radius_um or diameter_arcsec, share and, if wanted, noise) or image "
-       "(FITS, or a matrix of numbers), relative to the study",
-       kRequired, "\"ee.csv\""},
-      focus.file, false);
-  v.word({"kind", "what the file holds; auto: FITS and more than three columns are images"}, focus.kind,
+  v.text({"file",
+          "encircled-energy curve (columns radius_um or diameter_arcsec, share and optionally noise) or "
+          "image (FITS, or a matrix of numbers), relative to the study",
+          kRequired, "\"ee.csv\""},
+         focus.file, false);
+  v.word({"kind", "content of the file; auto: FITS and more than three columns are images"}, focus.kind,
          {"auto", "curve", "image"});
-  v.text({"radius_unit", "of a curve whose first row does not say it", kOptional, "\"um\""},
-         focus.radius_unit, true);
+  v.text(
+      {"radius_unit", "unit of the radii of a curve whose first row does not name it", kOptional, "\"um\""},
+      focus.radius_unit, true);
   v.quantity({"plane", "distance from the nominal focus [m]", kOptional, "\"0 mm\""}, focus.measured.dz,
              kLength, Range::any());
+  describe_extent_in_focus(v,
+                           {"pixel",
+                            "side of the detector's pixels, as length or as angle on the sky. Absent: for an "
+                            "image, as its file says; for a curve, no pixels",
+                            kOptional, "\"5 um\""},
+                           focus.pixel);
   describe_extent_in_focus(
       v,
-      {"pixel",
-       "side of the detector's pixels, as length or as angle on the sky: of an image (absent: "
-       "its file says it), or that a curve was counted with (absent: none)",
-       kOptional, "\"5 um\""},
-      focus.pixel);
-  describe_extent_in_focus(
-      v, {"reach", "what is further from the centre is left out; absent: nothing", kOptional, "\"200 um\""},
+      {"reach", "largest distance from the centre that is used; absent: no limit", kOptional, "\"200 um\""},
       focus.reach);
   v.quantity(
       {"noise",
-       "standard deviation of a share, or of a pixel in the image's unit; absent: the file's own column, "
-       "the rim of an image, or the residuals (of one mirror 0.001; of an image without any at its rim 0.001 "
-       "of its brightest pixel)",
+       "standard deviation of a share, or of a pixel in the image's unit. Absent: the file's column, the rim "
+       "of an image (if it has none, 0.001 of the brightest pixel), or the residuals (for one mirror 0.001)",
        kOptional, "0.002"},
       focus.measured.noise, kNumber, Range::positive());
-  v.quantity({"gain", "photoelectrons in a unit of the image, for its shot noise", kOptional, "2"},
+  v.quantity({"gain", "photoelectrons per unit of the image, for its shot noise", kOptional, "2"},
              focus.measured.gain, kNumber, Range::positive());
   std::string total = focus.measured.is_total_known ? "known" : "free";
-  v.word({"total", "of a curve: whether shares are of all of the light, or of a part that is fitted"}, total,
-         {"known", "free"});
+  v.word(
+      {"total", "for a curve: whether shares are fractions of the total energy, or of a part that is fitted"},
+      total, {"known", "free"});
   focus.measured.is_total_known = total == "known";
   std::string background = focus.measured.has_background ? "free" : "none";
-  v.word({"background", "of an image: an even one is fitted, or there is none"}, background,
+  v.word({"background", "for an image: uniform background is fitted, or there is none"}, background,
          {"free", "none"});
   focus.measured.has_background = background == "free";
   std::string of = focus.measured.is_one_mirror ? "mirror" : "mean";
   v.word({"of",
-          "mirror: one was measured, whose focus departs from the mean light of its specification; mean: of "
-          "many"},
+          "mirror: one mirror was measured, whose focus differs from the mean of its specification; mean: "
+          "many were"},
          of, {"mirror", "mean"});
   focus.measured.is_one_mirror = of == "mirror";
-  v.quantity({"confidence", "of the intervals"}, focus.measured.confidence, kNumber,
+  v.quantity({"confidence", "confidence of the intervals"}, focus.measured.confidence, kNumber,
              Range{0.5, 1, true, true});
 }
 

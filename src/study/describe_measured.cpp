@@ -8,7 +8,7 @@
 namespace aberfit::internal {
 namespace {
 
-// A choice that may be left open: absent means that the file says it.
+// Describes a choice that may be absent; then the file decides.
 void describe_open_choice(Visitor& v, const Field& field, std::string& value,
                           std::vector<std::string> names) {
   names.insert(names.begin(), "auto");
@@ -31,47 +31,50 @@ void describe_extent(Visitor& v, const Field& field, Extent& extent) {
 struct DescribedShape {
   Visitor& v;
   void operator()(ClearCircle& circle) const {
-    describe_extent(
-        v,
-        {"diameter", "length, or percent of the circle that holds every valid point", kRequired, "\"95 %\""},
-        circle.diameter);
+    describe_extent(v,
+                    {"diameter", "length, or percent of the diameter of the circle around all valid points",
+                     kRequired, "\"95 %\""},
+                    circle.diameter);
   }
   void operator()(ClearAnnulus& annulus) const {
+    describe_extent(v,
+                    {"diameter", "length, or percent of the diameter of the circle around all valid points",
+                     kRequired, "\"95 %\""},
+                    annulus.diameter);
     describe_extent(
         v,
-        {"diameter", "length, or percent of the circle that holds every valid point", kRequired, "\"95 %\""},
-        annulus.diameter);
-    describe_extent(
-        v, {"inner_diameter", "of the hole: length, or percent of that circle", kRequired, "\"30 %\""},
+        {"inner_diameter", "diameter of the hole: length, or percent of the diameter of that circle",
+         kRequired, "\"30 %\""},
         annulus.inner_diameter);
     v.check(annulus.diameter.percent != annulus.inner_diameter.percent ||
                 annulus.inner_diameter.value < annulus.diameter.value,
             "inner_diameter", "not less than the outer diameter", "less than the outer diameter");
   }
   void operator()(ClearRectangle& rectangle) const {
-    describe_extent(v,
-                    {"width", "along x: length, or percent of the valid points' own", kRequired, "\"90 %\""},
-                    rectangle.width);
-    describe_extent(v,
-                    {"height", "along y: length, or percent of the valid points' own", kRequired, "\"80 %\""},
-                    rectangle.height);
+    describe_extent(
+        v, {"width", "length along x, or percent of the extent of the valid points", kRequired, "\"90 %\""},
+        rectangle.width);
+    describe_extent(
+        v, {"height", "length along y, or percent of the extent of the valid points", kRequired, "\"80 %\""},
+        rectangle.height);
   }
   void operator()(ClearInterval& interval) const {
-    describe_extent(v, {"length", "length, or percent of the profile's own", kRequired, "\"90 %\""},
+    describe_extent(v, {"length", "length, or percent of the length of the profile", kRequired, "\"90 %\""},
                     interval.length);
   }
 };
 
 void describe_clear_aperture(Visitor& v, ClearAperture& aperture) {
-  v.kind({"shape", "maps: circle, annulus, rectangle; profiles: interval", kRequired}, aperture.shape,
+  v.kind({"shape", "for maps circle, annulus or rectangle; for profiles interval", kRequired}, aperture.shape,
          {{"circle", ClearCircle{}},
           {"annulus", ClearAnnulus{}},
           {"rectangle", ClearRectangle{}},
           {"interval", ClearInterval{}}});
   std::visit([&](auto& shape) { DescribedShape{v}(shape); }, aperture.shape);
-  v.quantities({"centre", "x and y, of an interval x, from the middle of the valid data [m]; absent: there",
-                kOptional, "[\"1 mm\", \"0 mm\"]"},
-               aperture.centre, kLength, Range::any(), false);
+  v.quantities(
+      {"centre", "x and y (for an interval only x) from the middle of the valid data [m]; absent: the middle",
+       kOptional, "[\"1 mm\", \"0 mm\"]"},
+      aperture.centre, kLength, Range::any(), false);
   const std::size_t numbers = std::holds_alternative<ClearInterval>(aperture.shape) ? 1 : 2;
   v.check(aperture.centre.empty() || aperture.centre.size() == numbers, "centre",
           fmt::format("{} numbers", aperture.centre.size()),
@@ -79,23 +82,25 @@ void describe_clear_aperture(Visitor& v, ClearAperture& aperture) {
 }
 
 void describe_clear_part(Visitor& v, ClearPart& clear) {
-  v.optional_object({"aperture", "what is outside is left out before anything else; absent: nothing"},
-                    clear.aperture, describe_clear_aperture);
-  v.text(
-      {"mask",
-       "maps: text or FITS map of the same size whose zeros and NaN are left out; relative to the study file",
-       kOptional, "\"mask.csv\""},
-      clear.mask, true);
-  v.integer({"erode", "samples taken off the rim of what is valid and off the rims of its holes"},
+  v.optional_object(
+      {"aperture",
+       "clear aperture; data outside are left out before anything else; absent: all data are used"},
+      clear.aperture, describe_clear_aperture);
+  v.text({"mask",
+          "for maps: text or FITS map of the same size whose zeros and NaN are left out; relative to the "
+          "study file",
+          kOptional, "\"mask.csv\""},
+         clear.mask, true);
+  v.integer({"erode", "number of samples removed along the rim of the valid data and of its holes"},
             clear.erode, 0, 100000);
 }
 
-// The name of an image, or its number.
+// Describes the name of an image, or its number.
 void describe_hdu(Visitor& v, std::string& hdu) {
   Visitor::WordOrQuantity held = hdu;
   v.word_or_quantity({"hdu",
-                      "FITS: name (EXTNAME) or number of the image, 0 the primary, 1 the first extension; "
-                      "absent: the only one, or the only one with a unit of heights",
+                      "for FITS: name (EXTNAME) or number of the image (0: primary, 1: first extension); "
+                      "absent: the only image, or the only one with a unit of heights",
                       kOptional, "\"OPD\""},
                      held, R"(.*[^0-9].*)", kNumber, Range::non_negative());
   if (const auto* number = std::get_if<double>(&held)) {
@@ -110,12 +115,12 @@ void describe_hdu(Visitor& v, std::string& hdu) {
 void describe_source(Visitor& v, MeasuredFile& m) {
   v.text({"file", "measured profile or map; relative to the study file", kRequired, "\"m3.fits\""}, m.file,
          false);
-  v.choice_of({"format", "auto: by content"}, m.format, measured_format_names());
-  v.integer({"column", "profiles: which scan line, from 1"}, m.column, 1, 100000);
-  describe_open_choice(v, {"quantity", "profiles in columns: what the values are; auto: as the file says"},
+  v.choice_of({"format", "format of the file; auto: by content"}, m.format, measured_format_names());
+  v.integer({"column", "for profiles: number of the scan line, from 1"}, m.column, 1, 100000);
+  describe_open_choice(v, {"quantity", "for profiles in columns: kind of values; auto: as the file says"},
                        m.quantity, {"height", "slope"});
   describe_open_choice(v,
-                       {"of", "what was measured; a wavefront is twice the surface; auto: as the file says"},
+                       {"of", "measured quantity; a wavefront is twice the surface; auto: as the file says"},
                        m.of, {"surface", "wavefront"});
   v.text({"x_unit", "unit of the positions, where the file does not say", kOptional, "\"mm\""}, m.x_unit,
          true);
@@ -128,59 +133,61 @@ void describe_source(Visitor& v, MeasuredFile& m) {
   if (!m.value_unit.empty() && (slopes || !is_waves(m.value_unit)))
     check_unit(v, "value_unit", m.value_unit, slopes ? kAngle : kLength, slopes ? "" : ", waves");
   v.quantity({"pitch",
-              "distance of neighbouring points [m]: of maps where the file does not say, of profiles whose "
-              "positions are rounded or left out",
+              "distance between neighbouring points [m]: for maps where the file does not say, for profiles "
+              "whose positions are rounded or missing",
               kOptional, "\"0.1 mm\""},
              m.pitch, kLength, Range::positive());
-  v.integer({"columns", "text maps: samples of a row, where rows go over several lines", kOptional, "512"},
-            m.columns, 2, 1000000);
-  v.word({"first_row", "text maps and NumPy: where the first row of the file is on the surface"}, m.first_row,
-         {"top", "bottom"});
-  v.quantity({"wavelength", "of the instrument [m], for values in waves or radians; absent: as the file says",
+  v.integer(
+      {"columns", "for text maps: samples per row, where rows continue over several lines", kOptional, "512"},
+      m.columns, 2, 1000000);
+  v.word({"first_row", "for text maps and NumPy: position of the file's first row on the surface"},
+         m.first_row, {"top", "bottom"});
+  v.quantity({"wavelength",
+              "wavelength of the instrument [m], for values in waves or radians; absent: as the file says",
               kOptional, "\"632.8 nm\""},
              m.wavelength, kLength, Range{1e-12, 1e-2});
   describe_hdu(v, m.hdu);
-  v.integer({"plane", "FITS and NumPy: which plane of a cube, from 1", kOptional, "1"}, m.plane, 1,
-            1000000000);
-  v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale, kNumber,
+  v.integer({"plane", "for FITS and NumPy: plane of a cube, from 1", kOptional, "1"}, m.plane, 1, 1000000000);
+  v.quantity({"scale", "factor on the heights, to use a measured shape for another mirror"}, m.scale, kNumber,
              Range::positive());
-  v.quantities(
-      {"invalid",
-       "values that mark a missing sample, in the unit of the file's values (formats of instruments: "
-       "[m] of the surface); samples that have one are holes",
-       kOptional, "[0, -9999]"},
-      m.invalid, kNumber, Range::any(), false);
+  v.quantities({"invalid",
+                "values that mark a missing sample, in the unit of the file's values (for instrument "
+                "formats: [m] of the surface); such samples become holes",
+                kOptional, "[0, -9999]"},
+               m.invalid, kNumber, Range::any(), false);
   describe_clear_part(v, m.clear);
 }
 
 void describe_outliers(Visitor& v, OutlierTreatment& outliers) {
   v.choice_of({"outliers",
-               "samples that stand out of their surroundings: warn of them, reject them (they become "
-               "holes), or keep them unlooked-for"},
+               "samples that differ from their surroundings: warn of them, reject them (they become holes), "
+               "or keep them without a search"},
               outliers, {"warn", "reject", "keep"});
 }
 
 void describe_estimator(Visitor& v, PsdEstimatorOptions& e) {
-  v.choice_of({"detrend", "shape taken off first"}, e.detrend.shape,
+  v.choice_of({"detrend", "shape that is removed first"}, e.detrend.shape,
               {"none", "polynomial", "ellipse", "zernike"});
-  v.integer({"degree", "of the polynomial, or highest radial order of the Zernikes"}, e.detrend.degree, 0,
-            30);
-  v.choice_of({"window", "taper against leakage"}, e.window,
+  v.integer({"degree", "degree of the polynomial, or highest radial order of the Zernikes"}, e.detrend.degree,
+            0, 30);
+  v.choice_of({"window", "window against spectral leakage"}, e.window,
               {"none", "hann", "hamming", "blackman-harris", "welch", "tukey"});
   v.integer({"bins_per_decade", "logarithmic bins"}, e.bins_per_decade, 1, 100);
-  v.boolean({"find_lines", "take periodic structure (turning marks) out of the bins and report it as lines"},
+  v.boolean({"find_lines",
+             "whether periodic structure (turning marks) is removed from the bins and reported as lines"},
             e.find_lines);
-  v.quantity({"confidence", "of the intervals"}, e.confidence, kFraction, Range{0.5, 1, true, true});
+  v.quantity({"confidence", "confidence of the intervals"}, e.confidence, kFraction,
+             Range{0.5, 1, true, true});
 }
 
 void describe_model_fit(Visitor& v, PsdFitOptions& f) {
   v.choice_of({"family", "model to fit; auto: chosen by the information criterion"}, f.family,
               {"auto", "power-law", "k-correlation", "uniform", "power-law-and-floor",
                "k-correlation-and-floor", "two-k-correlations"});
-  v.quantity_or({"f_min", "lower edge of the band to fit and to use [cycles/m]; absent: of the data",
+  v.quantity_or({"f_min", "lower edge of the band to fit and to use [cycles/m]; absent: that of the data",
                  kOptional, "\"20 /m\""},
                 f.f_min, 0, kFrequency, Range::positive());
-  v.quantity_or({"f_max", "upper edge of the band to fit and to use [cycles/m]; absent: of the data",
+  v.quantity_or({"f_max", "upper edge of the band to fit and to use [cycles/m]; absent: that of the data",
                  kOptional, "\"1 /mm\""},
                 f.f_max, 0, kFrequency, Range::positive());
   v.check(f.f_min == 0 || f.f_max == 0 || f.f_min < f.f_max, "f_max", format_quantity(f.f_max, kFrequency),
@@ -202,17 +209,18 @@ void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension 
 void describe_measured_psd(Visitor& v, MeasuredPsd& m) {
   describe_source(v, m.source);
   v.list(
-      {"further", "the same surface by other instruments, whose bands are stitched to this one"},
+      {"further",
+       "measurements of the same surface by other instruments; their bands are stitched to this one"},
       m.further.size(), 0, [&](std::size_t count) { m.further.resize(count); },
       [&](Visitor& f, std::size_t i) { describe_source(f, m.further[i]); });
   describe_outliers(v, m.outliers);
   describe_estimator(v, m.estimator);
   describe_model_fit(v, m.fit);
   v.list(
-      {"bands", "bands whose RMS height and slope are told, of the bins and of the model"}, m.bands.size(), 0,
-      [&](std::size_t count) { m.bands.resize(count); },
+      {"bands", "bands in which RMS height and slope of the bins and of the model are reported"},
+      m.bands.size(), 0, [&](std::size_t count) { m.bands.resize(count); },
       [&](Visitor& b, std::size_t i) {
-        b.text({"name", "what the band is called", kRequired, "\"mid\""}, m.bands[i].name, false);
+        b.text({"name", "name of the band", kRequired, "\"mid\""}, m.bands[i].name, false);
         b.quantity({"f_min", "lower edge [cycles/m]", kRequired, "\"0.1 /mm\""}, m.bands[i].f_min, kFrequency,
                    Range::positive());
         b.quantity({"f_max", "upper edge [cycles/m]", kRequired, "\"1 /mm\""}, m.bands[i].f_max, kFrequency,
@@ -225,14 +233,13 @@ void describe_measured_psd(Visitor& v, MeasuredPsd& m) {
 void describe_map_target(Visitor& v, MapTarget& target) {
   describe_source(v, target.source);
   v.word({"origin",
-          "where the axis goes through the map: middle of the smallest circle around the valid points, of "
-          "the grid, or the "
-          "file's own origin"},
+          "position of the axis on the map: middle of the smallest circle around the valid points, middle of "
+          "the grid, or the file's own origin"},
          target.origin, {"circle", "grid", "file"});
   describe_outliers(v, target.outliers);
-  v.quantity({"held_out", "share of the valid points kept back for judging"}, target.fit.held_out, kFraction,
-             Range{0, 0.9});
-  v.seed({"seed", "of the points kept back"}, target.fit.seed);
+  v.quantity({"held_out", "fraction of the valid points kept back for judging"}, target.fit.held_out,
+             kFraction, Range{0, 0.9});
+  v.seed({"seed", "seed of the choice of these points"}, target.fit.seed);
 }
 
 }  // namespace aberfit::internal

@@ -25,8 +25,8 @@ void describe_f_min(Visitor& v, double& f_min, Need need) {
 }
 
 void describe_unbounded_f_max(Visitor& v, double& f_max) {
-  v.quantity_or({"f_max", "upper edge of the band [cycles/m]; absent: none", kOptional, "\"10 /mm\""}, f_max,
-                kUnbounded, kFrequency, Range::positive());
+  v.quantity_or({"f_max", "upper edge of the band [cycles/m]; absent: no limit", kOptional, "\"10 /mm\""},
+                f_max, kUnbounded, kFrequency, Range::positive());
 }
 
 void describe(Visitor& v, UniformPsd& m) {
@@ -37,14 +37,14 @@ void describe(Visitor& v, UniformPsd& m) {
   require_band(v, m.f_min, m.f_max);
 }
 
-// B, or the length that others name: the autocorrelation is proportional to (r/l)^nu K_nu(r/l), nu =
-// exponent/2 - 1, l = B/(2 pi) (Church, Takacs and Leonard 1989).
+// A study gives B, or the length l = B/(2 pi) that other authors use: the autocorrelation is proportional to
+// (r/l)^nu K_nu(r/l), nu = exponent/2 - 1 (Church, Takacs and Leonard 1989).
 void describe_correlation(Visitor& v, double& correlation) {
   constexpr double kPerLength = 2 * std::numbers::pi;
   std::optional<double> b, length;
   if (!v.reading() && correlation > 0) b = correlation;
-  v.quantity({"B", "correlation parameter [m]; the knee is at f = 1/B; this or correlation_length", kOptional,
-              "\"50 mm\""},
+  v.quantity({"B", "correlation parameter [m], with the knee at f = 1/B; this or correlation_length",
+              kOptional, "\"50 mm\""},
              b, kLength, Range::positive());
   v.quantity({"correlation_length",
               "l = B/(2 pi) [m], where the autocorrelation is 1/e at exponent 3: exp(-r/l); instead of B",
@@ -62,12 +62,11 @@ void describe(Visitor& v, KCorrelationPsd& m) {
   if (!v.reading() && m.rms > 0) rms = m.rms;
   v.quantity({"rms", "RMS surface height inside the band [m]; this or amplitude", kOptional, "\"20 nm\""},
              rms, kLength, kRoughnessHeight);
-  v.quantity(
-      {"amplitude",
-       "two-sided 2-D PSD [m^4] of the power law far above the knee, amplitude f^-exponent, at 1 cycle/m: "
-       "von Karman's law has B = L0, its outer scale; instead of rms",
-       kOptional, "\"1 nm^2 mm^2\""},
-      amplitude, kPsd2d, Range::positive());
+  v.quantity({"amplitude",
+              "two-sided 2-D PSD [m^4] at 1 cycle/m of the power law far above the knee, amplitude "
+              "f^-exponent; instead of rms. Von Karman's law has B = L0, its outer scale",
+              kOptional, "\"1 nm^2 mm^2\""},
+             amplitude, kPsd2d, Range::positive());
   v.check(rms.has_value() != amplitude.has_value(), rms ? "amplitude" : "rms",
           rms ? "an amplitude beside rms" : "neither rms nor amplitude", "exactly one of rms and amplitude");
   describe_correlation(v, m.correlation);
@@ -78,13 +77,13 @@ void describe(Visitor& v, KCorrelationPsd& m) {
   require_band(v, m.f_min, m.f_max);
   if (rms) m.rms = *rms;
   if (!amplitude) return;
-  v.check(m.exponent > 2 || std::isfinite(m.f_max), "f_max", "no end of a PSD that falls as slowly",
-          "an end, or an exponent above 2");
+  v.check(m.exponent > 2 || std::isfinite(m.f_max), "f_max", "no upper end for a PSD that falls so slowly",
+          "an upper end, or an exponent above 2");
   m = k_correlation_model({*amplitude * std::pow(m.correlation, m.exponent), m.correlation, m.exponent},
                           m.f_min, m.f_max);
 }
 
-// What a drawing says of profiles: A/f^B.
+// A line in a drawing, the PSD A/f^B of profiles.
 struct DrawnLine {
   double level = 0, at = 1, exponent = 0;
 };
@@ -93,17 +92,17 @@ void describe(Visitor& v, DrawnLine& line) {
   v.quantity({"A", "one-sided PSD of a profile at f = f_unit [m^3]", kRequired, "\"0.01 nm^2 mm\""},
              line.level, kPsd1d, Range::positive());
   std::string unit;
-  v.text({"f_unit", "what f is counted in", kRequired, "\"1/mm\""}, unit, false);
+  v.text({"f_unit", "unit of f", kRequired, "\"1/mm\""}, unit, false);
   check_unit(v, "f_unit", unit, kFrequency);
   if (v.reading()) line.at = unit_factor(unit, kFrequency);
-  v.quantity({"B", "1-D exponent of A/f^B; the surface has one more", kRequired, "2"}, line.exponent, kNumber,
-             Range{0.05, 15});
+  v.quantity({"B", "1-D exponent of A/f^B; the exponent of the surface is larger by one", kRequired, "2"},
+             line.exponent, kNumber, Range{0.05, 15});
 }
 
-// The surface whose profiles have the line if it goes on for ever: Abel's relation, PHYSICS 3.
+// Sets the surface whose profiles have this line at all frequencies. Abel's relation gives it (PHYSICS 3).
 void take_line(const DrawnLine& line, PowerLawPsd& m) {
   const KCorrelation2d surface = k_correlation_1d_to_2d(
-      {line.level * std::pow(line.at, line.exponent), 1, line.exponent});  // far above a knee at 1 cycle/m
+      {line.level * std::pow(line.at, line.exponent), 1, line.exponent});  // far above its knee at 1 cycle/m
   m.amplitude = surface.amplitude;
   m.exponent = surface.exponent;
 }
@@ -116,11 +115,10 @@ void describe(Visitor& v, PowerLawPsd& m) {
               "\"1 nm^2 mm^2\""},
              m.amplitude, kPsd2d, Range::positive());
   std::optional<DrawnLine> line;
-  v.optional_object(
-      {"profile_psd",
-       "A/f^B of a drawing (ISO 10110-8), the one-sided PSD of profiles, instead of rms, amplitude "
-       "and exponent; f_min and f_max are its band"},
-      line, describe);
+  v.optional_object({"profile_psd",
+                     "one-sided profile PSD A/f^B of a drawing (ISO 10110-8), instead of rms, amplitude and "
+                     "exponent; f_min and f_max are its band"},
+                    line, describe);
   const int given = (m.rms ? 1 : 0) + (m.amplitude ? 1 : 0) + (line ? 1 : 0);
   v.check(given == 1,
           line    ? "profile_psd"
@@ -130,12 +128,12 @@ void describe(Visitor& v, PowerLawPsd& m) {
           "exactly one of rms, amplitude and profile_psd");
   std::optional<double> exponent;
   if (!v.reading() && (m.rms || m.amplitude)) exponent = m.exponent;
-  v.quantity({"exponent", "b of the 2-D PSD amplitude f^-b; not beside profile_psd, which has its own",
+  v.quantity({"exponent", "b of the 2-D PSD amplitude f^-b; not together with profile_psd, which has its own",
               kOptional, "3"},
              exponent, kNumber, Range{-20, 20});
   v.check(exponent.has_value() != line.has_value(), "exponent",
           line ? "an exponent beside profile_psd" : "no exponent",
-          line ? "B of profile_psd alone" : "the 2-D exponent b of amplitude f^-b");
+          line ? "only B of profile_psd" : "the 2-D exponent b of amplitude f^-b");
   if (exponent) m.exponent = *exponent;
   if (line && v.reading()) take_line(*line, m);
   describe_f_min(v, m.f_min, kRequired);
@@ -145,12 +143,13 @@ void describe(Visitor& v, PowerLawPsd& m) {
 
 void describe(Visitor& v, GaussianPsd& m) {
   describe_rms(v, m.rms);
-  v.quantity({"correlation_length", "l of the ACF rms^2 exp(-(r/l)^2) [m]", kRequired, "\"20 mm\""},
-             m.correlation_length, kLength, Range::positive());
+  v.quantity(
+      {"correlation_length", "l of the autocorrelation rms^2 exp(-(r/l)^2) [m]", kRequired, "\"20 mm\""},
+      m.correlation_length, kLength, Range::positive());
 }
 
 void describe(Visitor& v, PsdTableFile& m) {
-  v.text({"file", "table of frequency and PSD, one pair a line; relative to the study file", kRequired,
+  v.text({"file", "table of frequency and PSD, one pair per line; relative to the study file", kRequired,
           "\"m3_psd.csv\""},
          m.file, false);
   v.word({"kind", "\"2d\": two-sided two-dimensional PSD; \"1d\": one-sided PSD of a profile"}, m.kind,
@@ -164,14 +163,14 @@ void describe(Visitor& v, PsdTableFile& m) {
           "\"nm^2 mm^2\""},
          m.psd_unit, true);
   if (!m.psd_unit.empty()) check_unit(v, "psd_unit", m.psd_unit, dimension);
-  v.word({"of", "what was measured; heights of a wavefront are twice the surface's"}, m.of,
+  v.word({"of", "measured quantity; heights of a wavefront are twice those of the surface"}, m.of,
          {"surface", "wavefront"});
-  v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale, kNumber,
+  v.quantity({"scale", "factor on the heights, to use a measured shape for another mirror"}, m.scale, kNumber,
              Range::positive());
-  v.quantity({"f_min", "cut the table below [cycles/m]", kOptional, "\"2.5 /m\""}, m.f_min, kFrequency,
-             Range::non_negative());
-  v.quantity({"f_max", "cut the table above [cycles/m]", kOptional, "\"1 /mm\""}, m.f_max, kFrequency,
-             Range::positive());
+  v.quantity({"f_min", "lower end of the part of the table that is used [cycles/m]", kOptional, "\"2.5 /m\""},
+             m.f_min, kFrequency, Range::non_negative());
+  v.quantity({"f_max", "upper end of the part of the table that is used [cycles/m]", kOptional, "\"1 /mm\""},
+             m.f_max, kFrequency, Range::positive());
   if (m.f_min && m.f_max) require_band(v, *m.f_min, *m.f_max);
 }
 
@@ -198,10 +197,10 @@ void require_band(Visitor& v, double f_min, double f_max) {
 }
 
 void describe_psd_block(Visitor& v, RoughnessModel& node) {
-  v.kind({"model", "which PSD; the keys beside it belong to the model", kRequired}, node.model,
+  v.kind({"model", "model of the PSD; the keys beside it belong to the model", kRequired}, node.model,
          kinds_of(node.model));
   std::visit([&](auto& model) { describe(v, model); }, node.model);
-  v.text({"name", "what people call this roughness, such as a part of a sum", kOptional, "\"polishing\""},
+  v.text({"name", "name of this roughness, for example as a part of a sum", kOptional, "\"polishing\""},
          node.name, true);
 }
 

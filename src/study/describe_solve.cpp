@@ -13,23 +13,24 @@ void describe_ceilings(Visitor& v, CeilingsSpec& ceilings) {
   const auto end = [&](const char* key, const char* meaning, std::optional<double>& value) {
     v.quantity({key, meaning, kOptional, "\"20 /m\""}, value, kFrequency, Range::positive());
   };
-  end("f_min", "lowest frequency [cycles/m]; by default 1 cycle across the aperture", ceilings.f_min);
-  end("f_max", "highest [cycles/m]; by default 1000 cycles across", ceilings.f_max);
-  v.quantities({"exponents", "B of the lines A/f^B"}, ceilings.exponents, kNumber, Range{0.05, 15}, true);
+  end("f_min", "lowest frequency [cycles/m]; absent: 1 cycle across the aperture", ceilings.f_min);
+  end("f_max", "highest frequency [cycles/m]; absent: 1000 cycles across", ceilings.f_max);
+  v.quantities({"exponents", "exponents B of the lines A/f^B"}, ceilings.exponents, kNumber, Range{0.05, 15},
+               true);
 }
 
 void describe_atmosphere(Visitor& v, Atmosphere& air) {
-  v.quantity({"r0", "Fried's length, long exposure [m]", kRequired, "\"15 cm\""}, air.r0, kLength,
+  v.quantity({"r0", "Fried's length r0 for a long exposure [m]", kRequired, "\"15 cm\""}, air.r0, kLength,
              Range::positive());
-  v.quantity({"wavelength", "that r0 belongs to [m]", kRequired, "\"500 nm\""}, air.wavelength, kLength,
-             Range::positive());
+  v.quantity({"wavelength", "wavelength at which r0 is given [m]", kRequired, "\"500 nm\""}, air.wavelength,
+             kLength, Range::positive());
   v.quantity_or({"outer_scale", "L0 of von Karman's spectrum (f^2 + 1/L0^2)^(-11/6) [m]; absent: none",
                  kOptional, "\"25 m\""},
                 air.outer_scale, 0, kLength, Range::positive());
 }
 
 void describe_other(Visitor& v, OtherSurfaceSpec& surface) {
-  v.text({"name", "in the table of who uses how much", kRequired, "\"secondary\""}, surface.name, false);
+  v.text({"name", "name in the table of contributors", kRequired, "\"secondary\""}, surface.name, false);
   v.object(
       {"psd", "PSD of its height", kRequired}, nullptr,
       [&](Visitor& psd) { describe_psd_block(psd, surface.psd); }, "psd");
@@ -50,28 +51,28 @@ void describe_contributors(Visitor& v, ContributorsSpec& with) {
       [&](Visitor& surface, std::size_t k) { describe_other(surface, with.surfaces[k]); });
   v.optional_object({"atmosphere", "turbulence, long exposure: Kolmogorov's, or von Karman's"},
                     with.atmosphere, describe_atmosphere);
-  v.quantity({"jitter", "RMS motion of the image per axis, on the sky [rad]", kOptional, "\"0.05 arcsec\""},
-             with.jitter, kAngle, Range::non_negative());
+  v.quantity(
+      {"jitter", "RMS motion of the image per axis, as angle on the sky [rad]", kOptional, "\"0.05 arcsec\""},
+      with.jitter, kAngle, Range::non_negative());
 }
 
 }  // namespace
 
 void describe_solve(Visitor& v, SolveSpec& solve) {
   v.texts({"for",
-           "one or two numbers of the roughness that are looked for, as JSON pointers into the study; the "
-           "study's own values are the start; of a measured focus up to four",
+           "one or two unknown numbers of the roughness (up to four for a measured focus), as JSON pointers "
+           "into the study, whose values are the start",
            kOptional, R"(["/roughness/psd/rms"])"},
           solve.unknowns, 1, 4);
-  v.optional_object(
-      {"ceilings",
-       "instead of `for`: the most roughness in each octave alone, and the largest lines A/f^B of a drawing; "
-       "needs no roughness"},
-      solve.ceilings, describe_ceilings);
-  v.optional_object({"focus", "instead of `so_that`: a measured focus, whose roughness is looked for"},
+  v.optional_object({"ceilings",
+                     "instead of `for`: find the largest roughness of each octave alone, and the largest "
+                     "lines A/f^B of a drawing; needs no roughness"},
+                    solve.ceilings, describe_ceilings);
+  v.optional_object({"focus", "instead of `so_that`: a measured focus, whose roughness is to be found"},
                     solve.focus, describe_focus);
   v.check(solve.unknowns.empty() == solve.ceilings.has_value(), solve.ceilings ? "ceilings" : "for",
           solve.ceilings ? "beside `for`" : kMissing,
-          solve.ceilings ? "one of both: `for`, numbers of the roughness, or `ceilings`, which need none"
+          solve.ceilings ? "either `for` (numbers of the roughness) or `ceilings` (which need none)"
                          : "solve needs \"for\": [\"/roughness/psd/rms\"], numbers of the roughness, or "
                            "\"ceilings\": {}, which need none");
   for (std::size_t k = 1; k < solve.unknowns.size(); ++k) {
@@ -80,41 +81,42 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
             '"' + *here + "\" again", "different numbers");
   }
   v.check(solve.unknowns.size() <= 2 || solve.focus, "for", fmt::format("{} numbers", solve.unknowns.size()),
-          "one or two, of a measured focus up to four");
+          "one or two, for a measured focus up to four");
   Visitor::TextsByKey bounds;
   std::vector<KeyPattern> patterns;
   for (const BudgetKey& key : budget_keys()) patterns.push_back({"", key.regex, key.sample});
   for (const Budget& budget : solve.budgets) bounds.emplace_back(budget.key, budget.bound);
   v.texts_by_key(
       {"so_that",
-       "budgets that have to hold: ee<percent>_radius, ee<percent>_diameter, hew, ensquared<percent>_side, "
-       "fwhm, as length or as angle on the sky and but for hew in a plane out of focus (ee80_diameter@1mm); "
-       "strehl, tis, mtf@20/mm, pssn (r0 of 15 cm at 500 nm) or pssn@0.2m, bsdf@5deg; rms_height (about the "
-       "mean over the aperture) or rms_height@10/m-100/m, rms_slope (per axis) or rms_slope@10/m-100/m, "
-       "structure@10mm (root where the bound is a length), scatter_rms; <= or >= and a quantity, heights "
-       "also "
-       "as lambda/20",
+       "budgets that have to hold, each with <= or >= and a quantity. As length or as angle on the sky: "
+       "ee<percent>_radius, ee<percent>_diameter, ensquared<percent>_side, fwhm (also in a plane out of "
+       "focus, ee80_diameter@1mm) and hew; strehl, tis, mtf@20/mm, pssn (r0 of 15 cm at 500 nm) or "
+       "pssn@0.2m, bsdf@5deg; rms_height (about the mean over the aperture) or rms_height@10/m-100/m, "
+       "rms_slope (per axis) or rms_slope@10/m-100/m, structure@10mm (root where the bound is a length), "
+       "scatter_rms. Heights may be given as lambda/20",
        kOptional, R"({"ee80_diameter": "<= 0.6 arcsec"})", "It begins with <= or >=; a quantity follows."},
       bounds, patterns, R"(\s*(<=|>=).*)");
   v.check(bounds.empty() == solve.focus.has_value(), solve.focus ? "focus" : "so_that",
           solve.focus ? "beside `so_that`" : kMissing,
-          solve.focus ? "one of both: `so_that`, budgets that have to hold, or `focus`, a measurement"
+          solve.focus ? "either `so_that` (budgets that have to hold) or `focus` (a measurement)"
                       : "solve needs \"so_that\": {\"ee80_diameter\": \"<= 0.6 arcsec\"}, budgets that have "
                         "to hold, or \"focus\", a measurement");
   v.check(!(solve.focus && (solve.ceilings || solve.confidence)), "focus",
-          solve.ceilings ? "beside ceilings" : "beside confidence", "with `for` alone");
-  v.quantity({"contour_decades",
-              "of two unknowns: how far the curve is followed either way of the study's values, in decades"},
-             solve.contour_decades, kNumber, Range{0, 4, true, false});
+          solve.ceilings ? "beside ceilings" : "beside confidence", "only with `for`");
   v.quantity(
-      {"confidence",
-       "share of mirrors of the specification that the budgets have to hold for; absent: their mean light",
-       kOptional, "0.9"},
-      solve.confidence, kNumber, Range{0.5, 1, true, true});
-  v.optional_object({"with", "what else blurs: their transfer functions multiply with the mirror's"},
-                    solve.with, describe_contributors);
+      {"contour_decades",
+       "for two unknowns: how far the curve is followed on either side of the study's values, in decades"},
+      solve.contour_decades, kNumber, Range{0, 4, true, false});
+  v.quantity({"confidence",
+              "fraction of mirrors of the specification that have to meet the budgets; absent: their mean "
+              "PSF has to",
+              kOptional, "0.9"},
+             solve.confidence, kNumber, Range{0.5, 1, true, true});
+  v.optional_object(
+      {"with", "other contributors to the blur; their transfer functions multiply that of the mirror"},
+      solve.with, describe_contributors);
   v.check(!(solve.with && (solve.ceilings || solve.confidence)), "with",
-          solve.ceilings ? "beside ceilings" : "beside confidence", "with `for` alone");
+          solve.ceilings ? "beside ceilings" : "beside confidence", "only with `for`");
   v.check(!(solve.confidence && solve.ceilings), "confidence", "beside ceilings", "with `for`");
   if (!v.reading()) return;
   solve.budgets.clear();

@@ -7,14 +7,15 @@
 namespace aberfit::internal {
 namespace {
 
-// Of an encircled energy, as a length or an angle on the sky; `per_radius`: 2 where it is a diameter.
+// Describes an encircled-energy radius, as a length or an angle on the sky. `per_radius` is 2 if the key is a
+// diameter.
 void describe_radius(Visitor& v, StatisticRequest& s, double focal_length, double per_radius) {
   std::optional<std::variant<std::string, double>> extent;
   if (s.value) extent = per_radius * *s.value;
   describe_extent_in_focus(
       v,
-      {"value", "the target itself [m], or an angle on the sky (\"0.6 arcsec\"); absent: from theory",
-       kOptional, "\"76 um\""},
+      {"value", "target value [m], or angle on the sky (\"0.6 arcsec\"); absent: from theory", kOptional,
+       "\"76 um\""},
       extent);
   double error = per_radius * s.standard_error;
   v.quantity({"standard_error", "sampling error of the given value [m]"}, error, kLength,
@@ -35,9 +36,9 @@ void describe_radius(Visitor& v, StatisticRequest& s, double focal_length, doubl
 void describe_plain_value(Visitor& v, StatisticRequest& s, Dimension dimension) {
   const bool angle = dimension == kAngle, share = dimension == kFraction;
   v.quantity({"value",
-              share   ? "the target itself, a share; absent: from theory"
-              : angle ? "the target itself [rad]; absent: from theory"
-                      : "the target itself [m]; absent: from theory",
+              share   ? "target value, a fraction; absent: from theory"
+              : angle ? "target value [rad]; absent: from theory"
+                      : "target value [m]; absent: from theory",
               kOptional,
               share   ? "\"80 %\""
               : angle ? "\"36 urad\""
@@ -47,16 +48,15 @@ void describe_plain_value(Visitor& v, StatisticRequest& s, Dimension dimension) 
              dimension, Range::non_negative());
 }
 
-// focal_length, per_radius: of encircled energies.
+// Only encircled energies use focal_length and per_radius.
 void describe_value(Visitor& v, StatisticRequest& s, double focal_length, double per_radius) {
   const Dimension dimension = kind_of_key(s.name).dimension;
   const bool share = dimension == kFraction;
-  v.quantity({"tolerance",
-              share ? "how closely the fit is to meet it, absolute"
-                    : "how closely the fit is to meet it, relative to the value",
-              kOptional, "\"0.2 %\""},
-             s.tolerance, kFraction, Range{0, 1, true, false});
-  if (kind_of_key(s.name).key == "ee")
+  v.quantity(
+      {"tolerance", share ? "absolute tolerance of the fit" : "tolerance of the fit, relative to the value",
+       kOptional, "\"0.2 %\""},
+      s.tolerance, kFraction, Range{0, 1, true, false});
+  if (option_of_key(s.name).form == StudyOption::kPercent)
     describe_radius(v, s, focal_length, per_radius);
   else
     describe_plain_value(v, s, dimension);
@@ -75,29 +75,29 @@ void describe_planes(Visitor& v, StatisticRequest& s) {
           std::to_string(s.planes.size()) + " planes for one value", "one plane where value is given");
 }
 
-// Where a statistic is asked for: at several radii, say; a given value is that of one.
-void describe_places(Visitor& v, const Field& field, const char* one, const StatisticRequest& s,
-                     Dimension dimension, std::vector<double>* places) {
-  v.quantities(field, *places, dimension, Range::positive(), true);
-  v.check(!s.value || places->size() == 1, field.key,
-          fmt::format("{} {} for one value", places->size(), field.key),
-          fmt::format("one {} where value is given", one));
+// Describes the places where a statistic is asked for, such as radii. A given value needs exactly one place.
+void describe_places(Visitor& v, const StudyOption& option, StatisticRequest& s) {
+  v.quantities({option.key, option.text, kRequired, option.example}, s.places, option.dimension,
+               Range::positive(), true);
+  v.check(!s.value || s.places.size() == 1, option.key,
+          fmt::format("{} {} for one value", s.places.size(), option.key),
+          fmt::format("one {} where value is given", option.one));
 }
 
 void describe_ring(Visitor& v, StatisticRequest& s) {
   v.word_or_quantity(
-      {"ring", "radius of the ring [m], or the encircled-energy radius at z = f that it has (\"ee90\")",
-       kOptional, "\"ee90\""},
+      {"ring", "radius of the ring [m], or name of an encircled-energy radius at z = f (\"ee90\")", kOptional,
+       "\"ee90\""},
       s.ring, kEncircledEnergyName, kLength, Range::positive());
 }
 
 void describe_profile(Visitor& v, StatisticRequest& s) {
   describe_ring(v, s);
-  v.quantity({"tolerance", "how closely the fit is to meet it, absolute share of the light"}, s.tolerance,
-             kFraction, Range{0, 1, true, false});
+  v.quantity({"tolerance", "tolerance of the fit, absolute fraction of the energy"}, s.tolerance, kFraction,
+             Range{0, 1, true, false});
   v.text({"file",
-          "CSV table of dz, in m unless its header says dz_mm or the like, and share of the light, one pair "
-          "a line; relative to the study file",
+          "CSV table of dz (in m unless its header says dz_mm or similar) and energy fraction, one pair per "
+          "line; relative to the study file",
           kOptional, "\"ring_through.csv\""},
          s.file, true);
   // The resolved study names the file, not what was loaded from it.
@@ -106,7 +106,7 @@ void describe_profile(Visitor& v, StatisticRequest& s) {
   v.quantities(
       {"dz", "planes of `values` [m], ascending; instead of file", kOptional, "[\"-1 mm\", \"0 mm\"]"}, dz,
       kLength, Range::any(), true);
-  v.quantities({"values", "share of the light inside the ring, one for each dz", kOptional, "[0.4, 0.9]"},
+  v.quantities({"values", "energy fraction inside the ring, one for each dz", kOptional, "[0.4, 0.9]"},
                values, kFraction, Range{0, 1}, false);
   if (!v.reading()) return;
   const bool in_line = !dz.empty() || !values.empty();
@@ -121,42 +121,31 @@ void describe_profile(Visitor& v, StatisticRequest& s) {
 
 void describe_statistic(Visitor& v, StatisticRequest& s, const std::string& key, double focal_length) {
   if (s.name == "ring_profile") return describe_profile(v, s);
-  if (s.name == "ring_fwhm" && key.find('@') == std::string::npos) describe_ring(v, s);
-  if (s.name == "spot_fwhm")
-    v.quantity(
-        {"bandwidth", "standard deviation of the Gaussian kernel that smooths the line spread profile [m]",
-         kOptional, "\"5 um\""},
-        s.bandwidth, kLength, Range::positive());
+  const StatisticKind& kind = kind_of_key(s.name);
+  const StudyOption& option = option_of_key(s.name);
+  if (option.form == StudyOption::kRing && key.find('@') == std::string::npos) describe_ring(v, s);
+  if (option.form == StudyOption::kWidth)
+    v.quantity({option.key, option.text, kOptional, option.example}, s.bandwidth, option.dimension,
+               Range::positive());
   describe_value(v, s, focal_length, is_diameter(key) ? 2 : 1);
-  if (s.name == "ee_within")
-    describe_places(v, {"radii", "radii of the discs about the axis [m]", kRequired, "[\"10 um\"]"}, "radius",
-                    s, kLength, &s.radii);
-  if (s.name == "ensquared_within")
-    describe_places(
-        v,
-        {"sides", "sides of the squares about the axis [m], each the mean over squares turned all ways",
-         kRequired, "[\"15 um\"]"},
-        "side", s, kLength, &s.sides);
-  if (s.name == "mtf")
-    describe_places(v, {"frequencies", "frequencies of the image [cycles/m]", kRequired, "[\"20 /mm\"]"},
-                    "frequency", s, kFrequency, &s.frequencies);
-  if (kind_of_key(s.name).in_planes) describe_planes(v, s);
+  if (option.form == StudyOption::kPlaces) describe_places(v, option, s);
+  if (kind.plane == FocalPlane::kGiven) describe_planes(v, s);
 }
 
 void describe_psd_target(Visitor& v, PsdTarget& target) {
-  v.quantity({"f_min", "lower edge of the bins [cycles/m]; absent: of the band that the terms carry",
+  v.quantity({"f_min", "lower edge of the bins [cycles/m]; absent: that of the band that the terms carry",
               kOptional, "\"5 /m\""},
              target.f_min, kFrequency, Range::positive());
-  v.quantity({"f_max", "upper edge of the bins [cycles/m]; absent: of the band that the terms carry",
+  v.quantity({"f_max", "upper edge of the bins [cycles/m]; absent: that of the band that the terms carry",
               kOptional, "\"20 /m\""},
              target.f_max, kFrequency, Range::positive());
   v.check(!target.f_min || !target.f_max || *target.f_min < *target.f_max, "f_max",
           format_quantity(target.f_max.value_or(0), kFrequency), "a spatial frequency above f_min");
   v.integer({"bins_per_decade", "logarithmic bins"}, target.bins_per_decade, 1, 100);
-  v.quantity({"tolerance", "how closely the fit is to meet log PSD", kOptional, "\"5 %\""}, target.tolerance,
-             kFraction, Range{0, 1, true, false});
+  v.quantity({"tolerance", "tolerance of log PSD", kOptional, "\"5 %\""}, target.tolerance, kFraction,
+             Range{0, 1, true, false});
   v.word({"method",
-          "closed-form: of Zernikes over the whole disc; estimator: any terms, on a grid through the "
+          "closed-form: for Zernikes over the whole disc; estimator: for any terms, on a grid with the "
           "estimator of a measurement"},
          target.method, {"closed-form", "estimator"});
 }
@@ -164,17 +153,16 @@ void describe_psd_target(Visitor& v, PsdTarget& target) {
 }  // namespace
 
 void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map, double focal_length) {
-  v.object({"target", "what the fitted surface has to match"}, nullptr, [&](Visitor& t) {
-    t.choice_or_auto(
-        {"theory",
-         "where targets without a value come from; auto: the model that the scene needs; "
-         "geometric, rays: Gaussian ray deflections; ghs: generalised Harvey-Shack, wave optics"},
-        target.theory, {Theory::kGeometric, Theory::kRays, Theory::kGhs});
+  v.object({"target", "targets of the fit"}, nullptr, [&](Visitor& t) {
+    t.choice_or_auto({"theory",
+                      "theory for targets without a value; auto: the model that the scene needs; geometric, "
+                      "rays: Gaussian ray deflections; ghs: generalised Harvey-Shack, wave optics"},
+                     target.theory, {Theory::kGeometric, Theory::kRays, Theory::kGhs});
     t.choice_of({"convention", "physical: a ray turns by twice the slope; paper: by the slope"},
                 target.convention, {"physical", "paper"});
     std::vector<std::string> keys = keys_of(target.statistics);
     std::vector<StatisticRequest> requests = target.statistics;
-    t.keyed({"statistics", "focal statistics to match; none: the default set", kOptional,
+    t.keyed({"statistics", "focal statistics to match; absent: the default set", kOptional,
              R"({"ee50": {"planes": ["0 mm", "-1 mm"]}, "ring_fwhm": {"ring": "ee90"}, "rms_height": {}})"},
             keys, statistic_keys(), [&](Visitor& s, std::size_t i) {
               requests.resize(keys.size());
@@ -182,15 +170,13 @@ void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& m
               if (s.reading() || requests[i].name != fresh.name) requests[i] = std::move(fresh);
               describe_statistic(s, requests[i], keys[i], focal_length);
             });
-    t.optional_object(
-        {"psd",
-         "PSD bins of the term surface to match as well: the expectation of the same bins under the "
-         "roughness"},
-        target.psd, describe_psd_target);
+    t.optional_object({"psd",
+                       "PSD bins of the surface of terms to match as well; their targets are the expected "
+                       "bins of the roughness"},
+                      target.psd, describe_psd_target);
     t.optional_object({"map",
-                       "measured map to fit by least squares, instead of statistics; beside a roughness, its "
-                       "specification, "
-                       "it is judged in light"},
+                       "measured map to fit by least squares, instead of statistics; with a roughness (its "
+                       "specification) it is judged by wave optics"},
                       map, describe_map_target);
     if (!t.reading()) return;
     t.check(!map || (keys.empty() && !target.psd), "map", "a map beside statistics or psd",

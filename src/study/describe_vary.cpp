@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The block in which the pointer is; what a case's result is not made of cannot vary.
+// Blocks that do not enter the result of a case cannot vary.
 bool can_vary(const std::string& pointer) {
   for (const char* block : {"/vary", "/aberfit", "/output", "/verify", "/title", "/description", "/$schema"})
     if ((pointer + "/").starts_with(std::string(block) + "/")) return false;
@@ -52,7 +52,7 @@ void read_range(Visitor& v, const std::string& key, const Json& range, bool grid
   const bool whole = count.is_number_integer() && count >= 2 && count <= kMostOfRange;
   v.check(whole || (!grid && count.is_null()), child_pointer(key, "count"),
           count.is_null() ? kMissing : count.dump(),
-          fmt::format("{}an integer from 2 to {}: values of a grid, both ends among them",
+          fmt::format("{}an integer from 2 to {}, the number of grid values including both ends",
                       count.is_null() ? "a range needs \"count\", " : "", kMostOfRange));
   axis->count = whole ? count.get<int>() : 0;
   const Json spacing = range.value("spacing", Json("linear"));
@@ -79,28 +79,30 @@ void describe_vary(Visitor& v, VarySpec& vary) {
   Visitor::TextsByKey over;
   for (const VaryAxis& axis : vary.axes) over.emplace_back(axis.pointer, text_of(axis));
   v.variations({"over",
-                "what takes other values, by JSON pointer: an array of values, each as it would stand in the "
-                "study, or a range from .. to (of a grid with `count`), `spacing` linear, log or integers",
+                "values to vary, by JSON pointer: an array of values as they would stand in the study, or a "
+                "range from .. to (for a grid with `count`) with `spacing` linear, log or integers",
                 kRequired, R"({"/roughness/psd/rms": {"from": "5 nm", "to": "80 nm", "count": 16}})"},
                over);
-  v.choice_of({"design", "grid: every value with every other; sobol: `cases` points spread evenly"},
+  v.choice_of({"design", "grid: all combinations of values; sobol: `cases` points spread evenly"},
               vary.design, {"grid", "sobol"});
-  v.integer({"cases", "of sobol: how many"}, vary.cases, 1, VarySpec::kMostCases);
-  v.seed({"seed", "of sobol: where the points lie"}, vary.seed);
+  v.integer({"cases", "for sobol: number of points"}, vary.cases, 1, VarySpec::kMostCases);
+  v.seed({"seed", "for sobol: seed of the positions"}, vary.seed);
   v.integer(
-      {"realisations", "seeds for each of them, from `fit.seed` on; quantiles are those of its realisations"},
+      {"realisations",
+       "number of seeds for each combination, from `fit.seed` on; quantiles are over these realisations"},
       vary.realisations, 1, 1000000);
-  v.choice_of({"run",
-               "what is computed of a case: check, what theory says; trace, the surface that the seed draws; "
-               "fit, the whole fit with its verdict, in one thread; solve, the study's `solve` block"},
-              vary.run, {"check", "trace", "fit", "solve"});
+  v.choice_of(
+      {"run",
+       "what is computed for each case. check: the prediction of theory; trace: the random surface of the "
+       "seed; fit: the whole fit with its verdict, in one thread; solve: the study's `solve` block"},
+      vary.run, {"check", "trace", "fit", "solve"});
   if (!v.reading()) return;
   vary.axes.clear();
   for (const auto& [pointer, text] : over) {
     const std::string key = child_pointer("over", pointer);
-    v.check(can_vary(pointer), key, '"' + pointer + '"', "a pointer to what a result depends on");
+    v.check(can_vary(pointer), key, '"' + pointer + '"', "a pointer to a value that affects results");
     v.check(pointer != "/fit/seed" || vary.realisations == 1, key, "\"/fit/seed\" beside realisations",
-            "one of the two: realisations are seeds");
+            "only one of the two, because realisations are seeds");
     VaryAxis axis{pointer, {}, {}, {}, 0, "linear"};
     const Json json = Json::parse(text);
     if (json.is_array())
@@ -109,10 +111,10 @@ void describe_vary(Visitor& v, VarySpec& vary) {
       read_range(v, key, json, vary.design == VaryDesign::kGrid, &axis);
     vary.axes.push_back(std::move(axis));
   }
-  v.check(vary.realisations == 1 || vary.run == CaseLevel::kTrace || vary.run == CaseLevel::kFit,
-          "realisations",
-          fmt::format("{} of run \"{}\", which draws nothing", vary.realisations, to_string(vary.run)),
-          "run \"trace\" or \"fit\"; or 1");
+  v.check(
+      vary.realisations == 1 || vary.run == CaseLevel::kTrace || vary.run == CaseLevel::kFit, "realisations",
+      fmt::format("{} with run \"{}\", which has no random surfaces", vary.realisations, to_string(vary.run)),
+      "run \"trace\" or \"fit\"; or 1");
 }
 
 }  // namespace internal

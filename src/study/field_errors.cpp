@@ -14,12 +14,12 @@ namespace {
 
 InputError error_of(const Study& study, const UnusualNumber& number, const std::string& failure) {
   return {file_with_changes(study.path, study.changes, number.pointer), number.pointer,
-          fmt::format("{}; a unit? It is {}, and nothing can be computed: {}", number.value, number.quantity,
-                      failure),
+          fmt::format("{}; a wrong unit? It is {}, and nothing can be computed: {}", number.value,
+                      number.quantity, failure),
           fmt::format("{}. {}", number.ordinary, number.meant)};
 }
 
-// What the numbers of a scene are in; what is said of them may be due to any of them.
+// These blocks hold the numbers of a scene. An error about one of them may be due to any other.
 bool is_of_scene(const std::string& field) {
   const std::string block = field.substr(0, field.find('.'));
   return block == "mirror" || block == "aperture" || block == "light" || block == "roughness";
@@ -36,7 +36,7 @@ InputError input_error(const Study& study, const FieldError& error) {
                     error.allowed());
 }
 
-// What else is in the path of the light, and a mirror that is very smooth, keep nothing from being computed.
+// Other parts in the path of the light and a very smooth mirror do not make a computation fail.
 void blame_unusual_number(const Study& study, const std::string& failure) {
   for (const UnusualNumber& number : unusual_numbers(study)) {
     const bool of_path = number.pointer.starts_with("/solve/with");

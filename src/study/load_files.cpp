@@ -17,12 +17,12 @@
 namespace aberfit::internal {
 namespace {
 
-// Path of a data file next to the study; throws unless it is a readable file.
+// Path of a data file, relative to the study's folder. Throws unless it is a readable file.
 std::string locate(const Study& study, const std::string& file, const std::string& pointer) {
   const std::filesystem::path path = std::filesystem::path(study.path).parent_path() / file;
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error) || !std::ifstream(path))
-    throw InputError(study.path, pointer, fmt::format("\"{}\", which is no readable file", file),
+    throw InputError(study.path, pointer, fmt::format("\"{}\", which is not a readable file", file),
                      "a file, relative to the folder of the study");
   return path.string();
 }
@@ -75,16 +75,15 @@ void load_mask(Study* study) {
     study->aperture = *clear;
   } catch (const ComputationError& error) {
     throw InputError(study->path, "/aperture/file", fmt::format("in \"{}\": {}", mask->file, error.what()),
-                     "an image from 0, opaque, to 1, clear, that is grey at edges alone");
+                     "an image from 0 (opaque) to 1 (clear) that is grey only at edges");
   }
 }
 
 // '#' after a blank starts a comment; one row of names may stand before the numbers.
 void load_profile(const Study& study, StatisticRequest& request, const std::string& pointer) {
   const char* const allowed =
-      "two columns, dz ascending, in m unless the header says \"dz_mm\" or the like, and share of the light "
-      "from "
-      "0 to 1; at least 2 rows";
+      "two columns, at least 2 rows: ascending dz (in m unless the header says \"dz_mm\" or similar) and "
+      "energy fraction from 0 to 1";
   TextLines file(locate(study, request.file, pointer));
   std::string_view line;
   const auto fail = [&] {
@@ -129,7 +128,7 @@ bool is_loaded(const FocusSpec& focus) {
   return !curve || curve->radius.size() > 0;
 }
 
-// A curve's or an image's own errors name its file and line.
+// Errors in a curve or an image already name its file and line.
 void load_focus(FocusSpec* focus, const std::string& path) {
   if (focus->kind == "image" || (focus->kind == "auto" && is_focal_image(path)))
     focus->measured.data = read_focal_image(path);
@@ -137,9 +136,10 @@ void load_focus(FocusSpec* focus, const std::string& path) {
     focus->measured.data = read_encircled_curve(path, focus->radius_unit);
 }
 
-constexpr double kNoticedShare = 1e-3;  // a band cut that leaves out less is not worth a word
+constexpr double kNoticedShare = 1e-3;  // fraction of a variance; we warn if more is left out
 
-// What reading the tables of the specification left out of them, and what measuring it ran into.
+// Warns of what was left out of the tables of the specification, and repeats the warnings of its
+// measurements.
 void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
   if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
     for (const RoughnessModel& part : sum->parts) warn_of_data(part, warnings);
@@ -153,8 +153,8 @@ void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
   if (table.variance_left_out > kNoticedShare || table.slope_variance_left_out > kNoticedShare)
     warnings->push_back(
         {"band-cut",
-         fmt::format("the band {:.4g} to {:.4g} /m kept of \"{}\" leaves out {:.1f} % of the table's height "
-                     "variance and {:.1f} % of its slope variance; rays follow slopes",
+         fmt::format("the band {:.4g} to {:.4g} /m of \"{}\" leaves out {:.1f} % of the table's height "
+                     "variance and {:.1f} % of its slope variance; slopes determine the focus by rays",
                      table.psd.frequency.front(), table.psd.frequency.back(), file->file,
                      100 * table.variance_left_out, 100 * table.slope_variance_left_out)});
   if (table.not_positive > 0)

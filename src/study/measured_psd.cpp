@@ -38,7 +38,7 @@ MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
   return source;
 }
 
-// An option as it is given: --value-unit on the command line, the key "value_unit" in a study.
+// The option as the user writes it: --value-unit on the command line, the key "value_unit" in a study.
 std::string option_name(const std::string& key, bool typed) {
   if (!typed) return "\"" + key + '"';
   std::string flag = "--" + key;
@@ -60,8 +60,8 @@ std::string as_given(const std::string& text, bool typed) {
   return result.append(at, text.cend());
 }
 
-// One message for everything that a file leaves open.
-// choices: what there is to choose from, where the first fact is a choice.
+// Throws one message for everything that a file leaves open. choices: the alternatives, if the first fact is
+// a choice.
 [[noreturn]] void ask_for(const std::vector<std::string>& facts, bool typed, const std::string& where,
                           const std::string& pointer, const std::string& file,
                           const std::string& choices = "") {
@@ -69,8 +69,8 @@ std::string as_given(const std::string& text, bool typed) {
     const char *key, *what, *typed, *written;
   };
   static constexpr Fact kFacts[] = {
-      {"hdu", "which of its images is meant", "NAME|N", "\"OPD\" or 1"},
-      {"plane", "which plane of its cube is meant", "K (from 1)", "1"},
+      {"hdu", "which of its images to read", "NAME|N", "\"OPD\" or 1"},
+      {"plane", "which plane of its cube to read", "K (from 1)", "1"},
       {"quantity", "whether its values are heights or slopes", "height|slope", "\"height\" or \"slope\""},
       {"of", "whether it is of the surface or of a wavefront", "surface|wavefront",
        "\"surface\" or \"wavefront\""},
@@ -99,14 +99,15 @@ double largest_height(const HeightMap& map) {
   return map.height.isFinite().select(map.height.abs(), 0.0).maxCoeff();
 }
 
-// What is left of a constant or a parabola after detrending is rounding, and rounding has a PSD, too.
+// After detrending, only rounding is left of a constant or a parabola. Rounding has a PSD, too, so we refuse
+// it.
 PsdEstimate estimate(const Measurement& data, const PsdEstimatorOptions& options, int threads) {
   constexpr double kRounding = 1e-13;
   return std::visit(
       [&](const auto& measured) {
         PsdEstimate result = estimate_psd(measured, options, threads);
         if (!(result.rms_height > kRounding * largest_height(measured)))
-          throw std::invalid_argument("nothing but rounding is left of the heights after detrending");
+          throw std::invalid_argument("after detrending only rounding errors of the heights are left");
         return result;
       },
       data);
@@ -116,8 +117,8 @@ void warn_of_missing_band(const PsdEstimate& estimate, const PsdFitOptions& aske
   const auto frequency = [](double f) { return format_quantity(f, Dimension::kSpatialFrequency); };
   const auto warn = [&](const char* key, double wanted, double there) {
     fit->warnings.push_back(
-        {"band-beyond-data", fmt::format("{} is {}, the bins end at {}: the fit and its model do too", key,
-                                         frequency(wanted), frequency(there))});
+        {"band-beyond-data", fmt::format("{} is {}, but the bins end at {}, and so do the fit and its model",
+                                         key, frequency(wanted), frequency(there))});
   };
   const double low = estimate.low[0], high = estimate.high[estimate.high.size() - 1];
   if (asked.f_min > 0 && asked.f_min < low) warn("f_min", asked.f_min, low);
@@ -135,13 +136,14 @@ void warn_of_bands_beyond(const PsdEstimate& estimate, const std::vector<Frequen
     fit->warnings.push_back(
         {"band-beyond-data",
          fmt::format("the band {} is {} to {}, {}", band.name, frequency(band.f_min), frequency(band.f_max),
-                     content.to == 0 ? std::string("where there is no bin: nothing is known of it")
-                                     : fmt::format("the bins in it are {} to {}: its RMS is that of these",
-                                                   frequency(content.from), frequency(content.to)))});
+                     content.to == 0
+                         ? std::string("where there is no bin, so it has no RMS")
+                         : fmt::format("which has bins only from {} to {}; its RMS is that of these bins",
+                                       frequency(content.from), frequency(content.to)))});
   }
 }
 
-// A model of red bins follows the many; the RMS is in the few of lowest frequency.
+// The fit of a steep PSD follows its many bins, but most of the RMS is in the few bins of lowest frequency.
 void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
   if (fit->status == PsdFitStatus::kFailed) return;
   constexpr double kNoticed = 0.1;
@@ -159,13 +161,12 @@ void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
   const double share = std::pow(rms(false, surface.high[last]).height / data.height, 2);
   fit->warnings.push_back(
       {"rms-not-as-measured",
-       fmt::format(
-           "in its band the model has {:.2f} times the RMS height and {:.2f} times the RMS slope of the "
-           "bins: the {} lowest bins, {:.0f} degrees of freedom in all, hold {:.0f} % of the height "
-           "variance{}. The model is of surfaces like this one; for this very surface take the block that "
-           "has its RMS height and slope, or psd.csv as a table",
-           height, slope, last - first + 1, surface.dof.segment(first, last - first + 1).sum(), 100 * share,
-           fit->model_error > 0 ? ", and the model does not describe the bins" : "")});
+       fmt::format("in its band the model has {:.2f} times the RMS height and {:.2f} times the RMS slope of "
+                   "the bins. The {} lowest bins, with {:.0f} degrees of freedom in all, hold {:.0f} % of "
+                   "the height variance{}. The model describes surfaces like this one; for exactly this "
+                   "surface take the block with its RMS height and slope, or psd.csv as a table",
+                   height, slope, last - first + 1, surface.dof.segment(first, last - first + 1).sum(),
+                   100 * share, fit->model_error > 0 ? ", and the model does not describe the bins" : "")});
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kDeepest = 64;
 constexpr std::string_view kCommented = ".jsonc";
 
-// nlohmann-json keeps the last of two equal keys without a word; this pass over the text finds them.
+// nlohmann-json silently keeps the last of two equal keys; this pass over the text finds them.
 class KeyCheck : public nlohmann::json_sax<Json> {
  public:
   KeyCheck(const std::string& text, const std::string& path) : text_(text), path_(path) {}
@@ -51,14 +51,13 @@ class KeyCheck : public nlohmann::json_sax<Json> {
     if (const std::string_view rest = std::string_view(text_).substr(at);
         (rest.starts_with("//") || rest.starts_with("/*")) && !path_.ends_with(kCommented))
       throw InputError(path_, "", "a comment at " + place,
-                       "no comments in JSON (RFC 8259); where they are wanted, name the file .jsonc");
-    // The library's message ends with what it met; its own account of the position is repeated here in other
-    // words.
+                       "no comments in JSON (RFC 8259); to use comments, name the file .jsonc");
+    // The end of the library's message says what was found. Our message gives the position in its own words.
     std::string reason = error.what();
     if (const std::size_t cut = reason.find("; "); cut != std::string::npos) reason = reason.substr(cut + 2);
-    throw InputError(path_, "",
-                     fmt::format("no valid JSON at {}, near \"{}\" ({})", place, token.substr(0, 40), reason),
-                     "JSON (RFC 8259): finite numbers, no trailing commas, comments only in a file .jsonc");
+    throw InputError(
+        path_, "", fmt::format("invalid JSON at {}, near \"{}\" ({})", place, token.substr(0, 40), reason),
+        "JSON (RFC 8259) with finite numbers and no trailing commas; comments only in a .jsonc file");
   }
 
  private:

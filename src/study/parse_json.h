@@ -4,10 +4,10 @@
 
 namespace aberfit::internal {
 
-/// `text` as JSON, keys in the order of the file. Throws InputError for a syntax error (with line and
+/// Parses `text` as JSON and keeps the order of its keys. Throws InputError for a syntax error (with line and
 /// column), for a key that occurs twice in one object (with its JSON pointer), for numbers beyond double and
-/// for nesting deeper than 64 levels. `path` names the file; where it ends in .jsonc, comments (// and /* */)
-/// may stand between the tokens, elsewhere they are a syntax error.
+/// for nesting deeper than 64 levels. `path` names the file. If it ends in .jsonc, comments (// and /* */)
+/// may stand between tokens; otherwise they are a syntax error.
 nlohmann::ordered_json parse_json(const std::string& text, const std::string& path);
 
 /// `pointer` + "/" + key with ~ and / escaped (RFC 6901).

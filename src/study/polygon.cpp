@@ -19,7 +19,7 @@ bool within_box(const Point& a, const Point& b, const Point& p) {
          p[1] <= std::max(a[1], b[1]);
 }
 
-// Whether the closed segments ab and cd share a point.
+// Returns whether the closed segments ab and cd share a point.
 bool meet(const Point& a, const Point& b, const Point& c, const Point& d) {
   const double abc = turn(a, b, c), abd = turn(a, b, d), cda = turn(c, d, a), cdb = turn(c, d, b);
   if (((abc > 0) != (abd > 0)) && abc != 0 && abd != 0 && ((cda > 0) != (cdb > 0)) && cda != 0 && cdb != 0)
@@ -51,7 +51,7 @@ std::string polygon_problem(const std::vector<std::array<double, 2>>& vertices) 
 }
 
 bool overlap(const std::vector<Outline>& outlines) {
-  constexpr double kTouching = 1e-9;  // of the size of the other
+  constexpr double kTouching = 1e-9;  // fraction of the other outline's radius
   for (const Outline& one : outlines)
     for (const Outline& other : outlines) {
       if (&one == &other) continue;

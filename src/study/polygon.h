@@ -7,11 +7,12 @@
 
 namespace aberfit::internal {
 
-/// What is wrong with a polygon aperture, in words: corners that repeat, edges that cross or touch, no area.
-/// Empty when it is simple. vertices: at least 3, [m]. O(n^2).
+/// Says what is wrong with a polygon aperture: repeated corners, edges that cross or touch, or no area. Empty
+/// if the polygon is simple. vertices: at least 3, [m]. O(n^2).
 std::string polygon_problem(const std::vector<std::array<double, 2>>& vertices);
 
-/// Whether a corner or the middle of an edge of one outline lies inside another, edges not included.
+/// Returns whether a corner or the midpoint of an edge of one outline lies inside another; edges do not count
+/// as inside.
 bool overlap(const std::vector<Outline>& outlines);
 
 }  // namespace aberfit::internal

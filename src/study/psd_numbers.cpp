@@ -33,7 +33,7 @@ void collect(const Json& psd, const std::string& pointer, std::vector<PsdNumber>
   for (const auto& [key, dimension] : kDimensions)
     if (psd.contains(key) && psd[key].is_number())
       numbers->push_back({pointer + "/" + key, psd[key].get<double>(), dimension});
-  // Resolved, a k-correlation has its B; who writes the length may ask for that.
+  // A resolved k-correlation has B, but a study with the length may ask for the length.
   if (psd.value("model", "") == "k-correlation" && psd.contains("B"))
     numbers->push_back(
         {pointer + "/correlation_length", psd["B"].get<double>() / (2 * kPi), Dimension::kLength});
@@ -60,7 +60,8 @@ struct StudyFamily::Text {
 StudyFamily::StudyFamily(const Study& study, const std::vector<std::string>& pointers) {
   Text text{study.path, resolved_study(study), {}};
   for (const char* unused : {"verify", "vary", "output"}) text.study.erase(unused);
-  // That it is for budgets, which need no height variance, stays; what would be read from files goes.
+  // We keep the budgets, because a study with budgets needs no height variance. We drop parts that would be
+  // read from files.
   if (text.study.contains("solve")) {
     if (text.study["solve"].contains("so_that"))
       text.study["solve"].erase("with");
@@ -70,7 +71,7 @@ StudyFamily::StudyFamily(const Study& study, const std::vector<std::string>& poi
   for (const std::string& pointer : pointers) {
     text.pointers.emplace_back(pointer);
     const Json::json_pointer &number = text.pointers.back(), around = number.parent_pointer();
-    // It takes the place of B.
+    // The length takes the place of B.
     if (number.back() == "correlation_length" && text.study.contains(around / "B"))
       text.study[around].erase("B");
   }

@@ -53,14 +53,14 @@ struct ModelOfNode {
   }
 };
 
-// Whether all of it has a closed form: a table that came with no file cannot be told in a study.
+// Returns whether every part has a closed form: a study cannot express a table without a file.
 bool has_closed_form(const PsdModel& model) {
   const auto* sum = std::get_if<SumPsd>(&model);
   return sum ? std::all_of(sum->parts.begin(), sum->parts.end(), has_closed_form)
              : !std::holds_alternative<TablePsd>(model);
 }
 
-// What follows from other members, without a look at any file.
+// Fills in what follows from other members, without reading any file.
 void fill_in(Study* study) {
   Mirror& mirror = study->mirror;
   if (!mirror.zernike.empty() && mirror.zernike_radius == 0)
@@ -99,7 +99,7 @@ Study parse_study(const std::string& text, const std::string& path, const std::v
 }
 
 std::string internal::text_of_study(const std::string& path) {
-  // Some terminals write what is redirected to a file as UTF-16.
+  // Some terminals write UTF-16 if output is redirected to a file.
   const auto whole = [](std::istream& in) {
     return utf8_text(std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
   };
@@ -107,7 +107,7 @@ std::string internal::text_of_study(const std::string& path) {
   std::error_code error;
   std::ifstream file(path, std::ios::binary);
   if (!file || !std::filesystem::is_regular_file(path, error))
-    throw InputError(path, "", "no readable file", "a study file (JSON)");
+    throw InputError(path, "", "a file that cannot be read", "a study file (JSON)");
   return whole(file);
 }
 

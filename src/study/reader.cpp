@@ -40,7 +40,7 @@ std::string describe_quantity(Dimension dimension) {
   return "a string with a unit (" + allowed_units(dimension) + ") or a plain number in SI units";
 }
 
-// 1e6 is an integer to a person, a floating-point number to the JSON library.
+// 1e6 is an integer to a person but a floating-point number to the JSON library.
 std::optional<std::int64_t> whole_number(const Json& json) {
   constexpr double kExact = 9007199254740992.0;  // 2^53
   if (json.is_number_unsigned()) {
@@ -61,7 +61,7 @@ std::string nearest(const std::string& word, const std::vector<std::string>& can
   return near.empty() ? "" : near.front();
 }
 
-// What the known keys are called elsewhere: in other programs, in papers, by their symbols.
+// Finds the known key that is called `word` elsewhere: in other programs, in papers or as a symbol.
 std::string known_as(const std::string& word, const std::vector<std::string>& known) {
   static const std::map<std::string, std::vector<std::string>> kOthers = {
       {"rms", {"sigma", "roughness", "height", "sq", "rq"}},
@@ -80,14 +80,14 @@ std::string known_as(const std::string& word, const std::vector<std::string>& kn
   return nearest(word, known);
 }
 
-// What is allowed in place of `found`, the nearest of it first where one is near.
+// The allowed text in place of `found`; a name that is near comes first.
 std::string suggestion(const Json& found, const std::vector<std::string>& names, const std::string& allowed) {
   if (!found.is_string()) return allowed;
   const std::string near = nearest(found.get_ref<const std::string&>(), names);
   return near.empty() ? allowed : fmt::format("did you mean \"{}\"? allowed: {}", near, allowed);
 }
 
-// Compiling takes longer than reading the whole of a study; the patterns are a few dozen.
+// Compiling takes longer than reading a whole study, so we keep the few dozen compiled patterns.
 bool matches(const std::string& text, const std::string& pattern) {
   thread_local std::map<std::string, std::regex> compiled;
   auto known = compiled.find(pattern);
@@ -132,8 +132,8 @@ class Reader : public Visitor {
     for (const auto& item : json->items()) {
       const std::string& key = item.key();
       const std::string pointer = at(field, key);
-      // As many digits as an int holds for sure; no sign and no zero in front, so that no number has two
-      // names.
+      // Every int can hold this many digits. Signs and leading zeros are not allowed, so each number has one
+      // name.
       static const std::regex whole_key("0|[1-9][0-9]{0,8}");
       if (!std::regex_match(key, whole_key) || std::stoi(key) < low || std::stoi(key) > high)
         fail(pointer, fmt::format("key \"{}\"", key), keys);
@@ -272,7 +272,7 @@ class Reader : public Visitor {
   void choices(const Field& field, std::vector<std::size_t>& indices, const Names& names) override {
     const Json* json = find(field);
     if (!json) return;
-    const std::string allowed = "an array out of " + quoted_list(names) + ", each at most once";
+    const std::string allowed = "an array of some of " + quoted_list(names) + ", each at most once";
     if (!json->is_array()) fail(at(field), *json, allowed, field);
     indices.clear();
     for (std::size_t i = 0; i < json->size(); ++i) {
@@ -342,7 +342,7 @@ class Reader : public Visitor {
   bool reading() const override { return true; }
 
  protected:
-  // The value of the key, null pointer when an optional one is absent. Throws when a required one is.
+  // The value of the key; null if an optional key is absent. Throws if a required key is absent.
   virtual const Json* find(const Field& field) {
     const auto found = json_.find(field.key);
     if (found != json_.end()) return &*found;
@@ -353,7 +353,7 @@ class Reader : public Visitor {
   static std::string with_example(const Field& field) {
     return fmt::format("\"{}\": {}", field.key, field.example ? field.example : "...");
   }
-  // The object that is being read, as a message names it.
+  // The name of the object being read, for messages.
   std::string name() const { return pointer_.empty() ? "a study" : pointer_.substr(1); }
   Reader inside(const Json& json, const std::string& pointer) const { return Reader(json, file_, pointer); }
 
@@ -402,7 +402,7 @@ class Reader : public Visitor {
     if (!value || *value < low || *value > high) fail(at(field), json, allowed, field);
     return *value;
   }
-  // A key that is data.
+  // Checks a key that is data.
   void check_key(const Field& field, const std::string& key, const std::vector<KeyPattern>& patterns) const {
     for (const KeyPattern& pattern : patterns)
       if (pattern.regex.empty() ? key == pattern.literal : matches(key, pattern.regex)) return;
@@ -422,15 +422,15 @@ class Reader : public Visitor {
   std::string at(const Field& field, const std::string& item) const { return child_pointer(at(field), item); }
 };
 
-// Runs a description to learn which keys it has, before anything is read: a misspelt required key is to be
-// reported as such, not as missing. A reader that finds no key that it is asked for but tags, because the
-// other keys depend on them; so it goes one level deep.
+// Runs a description to learn its keys before anything is read, so that a misspelt required key is reported
+// as misspelt, not as missing. This reader finds no keys except tags, because the other keys depend on them;
+// so it goes only one level deep.
 class KnownKeys : public Reader {
  public:
   using Reader::Reader;
   Names known, missing, usual;
 
-  // Which other keys there are is not known without it.
+  // Without the tag the other keys are not known.
   void tag(const Field& field, std::size_t& index, const Names& names) override {
     known.emplace_back(field.key);
     if (!json_.contains(field.key))
@@ -462,7 +462,7 @@ void Reader::read(const Body& body, const char* note) {
     if (!near.empty()) allowed = fmt::format("did you mean \"{}\"? known keys: {}", near, allowed);
     fail(pointer, fmt::format("unknown key \"{}\"", item.key()), allowed);
   }
-  // One that is missing alone is told with its meaning, where it is looked for.
+  // If only one key is missing, `find` reports it with its meaning.
   keys.missing.insert(keys.missing.end(), keys.usual.begin(),
                       keys.missing.empty() ? keys.usual.begin() : keys.usual.end());
   if (keys.missing.size() > 1)

@@ -9,8 +9,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A number and something after it; which units there are is checked by the reader, because products of powers
-// are units, too.
+// This matches a number and something after it. The reader checks the unit, because products of powers are
+// units, too.
 const char* const kNumberWithUnit = R"(^\s*-?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[^\s\d.].*$)";
 
 void limit(Json* schema, Range range) {
@@ -40,12 +40,12 @@ Json whole_numbers(const Json& low, const Json& high) {
   return Json{{"type", "integer"}, {"minimum", low}, {"maximum", high}};
 }
 
-// The word, which is the default, or what `other` allows.
+// Allows the word, which is the default, or what `other` allows.
 Json word_or(const std::string& word, Json other) {
   return Json{{"oneOf", {Json{{"const", word}}, std::move(other)}}, {"default", word}};
 }
 
-// Documents one object, of those that have a tag one alternative.
+// Documents one object, or one alternative of an object with a tag.
 class SchemaWriter : public Visitor {
  public:
   SchemaWriter(Json* definitions, std::size_t tag_index) : definitions_(definitions), tag_index_(tag_index) {}
@@ -71,7 +71,7 @@ class SchemaWriter : public Visitor {
     if (!values.empty()) schema["default"] = values;
     add(field, std::move(schema));
   }
-  // A schema says how the keys look, not how large they may be: that is in the words of the field.
+  // A schema can state the form of the keys, but not their largest value, which the field's text gives.
   void numbered_quantities(const Field& field, NumberedQuantities&, int, int high, Dimension dimension,
                            Range range) override {
     const std::string digits = fmt::format("[1-9][0-9]{{0,{}}}", std::to_string(high).size() - 1);
@@ -219,7 +219,7 @@ class SchemaWriter : public Visitor {
     if (!definition) return object_schema(body, definitions_);
     if (!definitions_->contains(definition)) {
       (*definitions_)[definition] =
-          Json::object();  // a description that contains itself finds the name taken
+          Json::object();  // marks the name, in case the description contains itself
       Json schema = object_schema(body, definitions_);
       (*definitions_)[definition] = std::move(schema);
     }
@@ -227,10 +227,10 @@ class SchemaWriter : public Visitor {
   }
 
   Json* definitions_;
-  std::size_t tag_index_;  // which alternative of a tagged object is being described
+  std::size_t tag_index_;  // the alternative of a tagged object being described
   Json properties_ = Json::object();
   Json required_ = Json::array();
-  std::size_t tag_count_ = 0;  // how many alternatives there are; 0: not tagged
+  std::size_t tag_count_ = 0;  // number of alternatives; 0: not tagged
 };
 
 }  // namespace

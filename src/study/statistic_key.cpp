@@ -2,7 +2,7 @@
 
 namespace aberfit::internal {
 
-// No leading or trailing zeros, so that one statistic has one key and duplicates show.
+// Leading and trailing zeros are not allowed, so each statistic has one key and duplicates are found.
 const char* const kEncircledEnergyName =
     R"(ee(0\.(0[0-9]{0,2}[1-9]|[0-9]{0,3}[1-9])|[1-9][0-9]?(\.[0-9]{0,3}[1-9])?))";
 
@@ -27,7 +27,7 @@ const std::vector<KeyPattern>& statistic_keys() {
 }
 
 std::vector<std::string> keys_of(const std::vector<StatisticRequest>& requests) {
-  // The plain key stands for a given length or, where there is none, for the usual ring.
+  // The plain key stands for a given length or, if there is none, for the usual ring.
   bool length_given = false;
   for (const StatisticRequest& request : requests)
     length_given |= request.name == "ring_fwhm" && std::holds_alternative<double>(request.ring);

@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Whether this value, put at `pointer`, may name a file.
+// Returns whether this value, set at `pointer`, may name a file.
 bool may_name_file(const std::string& pointer, const std::string& value) {
   return names_file(pointer.substr(pointer.rfind('/') + 1)) || value.find("\"file\"") != std::string::npos ||
          value.find("\"mask\"") != std::string::npos;
@@ -33,7 +33,7 @@ bool is_below(const std::string& pointer, const std::string& block) {
 
 }  // namespace
 
-// NOLINTNEXTLINE(bugprone-exception-escape): the constructor of a study may throw, and is not told not to
+// NOLINTNEXTLINE(bugprone-exception-escape): the constructor of a study may throw
 struct StudyCases::Content {
   Json json;  // what cases begin from
   Study study;
@@ -42,7 +42,7 @@ struct StudyCases::Content {
   mutable std::mutex mutex;
   mutable std::map<std::string, std::string> hash_of_file;
 
-  // A file is what is in it: where it lies says nothing.
+  // Only the content of a file counts, not its path.
   void replace_files(nlohmann::json* node) const {
     if (!node->is_structured()) return;
     for (auto item = node->begin(); item != node->end(); ++item) {
@@ -73,7 +73,7 @@ struct StudyCases::Content {
     for (const auto& [pointer, value] : values) {
       try {
         apply_changes({pointer + "=" + value}, &changed);
-      } catch (const InputError& error) {  // it speaks of an option
+      } catch (const InputError& error) {  // it names an option
         throw InputError(study.path, child_pointer("/vary/over", pointer), error.found(),
                          "a pointer that leads through objects and arrays of the study");
       }

@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kChangeForm =
-    "/json/pointer=value, a key of the study and what it is to be, e.g. --set \"/roughness/psd/rms=60 nm\"";
+    "/json/pointer=value, a key of the study and its new value, e.g. --set \"/roughness/psd/rms=60 nm\"";
 
 [[noreturn]] void refuse_change(const std::string& change, const std::string& found,
                                 const std::string& allowed) {
@@ -29,11 +29,11 @@ struct Change {
 Change split_change(const std::string& change) {
   const std::size_t equals = change.find('=');
   if (equals == std::string::npos) refuse_change(change, "no value", kChangeForm);
-  if (change.front() != '/') refuse_change(change, "no JSON pointer, which begins with /", kChangeForm);
+  if (change.front() != '/') refuse_change(change, "not a JSON pointer, which begins with /", kChangeForm);
   return {change.substr(0, equals), change.substr(equals + 1)};
 }
 
-// RFC 6901: the keys on the way, ~1 a slash and ~0 a tilde.
+// The keys of a JSON pointer (RFC 6901), in which ~1 stands for a slash and ~0 for a tilde.
 std::vector<std::string> keys_of_pointer(const Change& change, const std::string& typed) {
   std::vector<std::string> keys;
   for (std::size_t at = 1;;) {
@@ -80,8 +80,8 @@ void apply_change(const std::string& typed, Json* json) {
     } else if (here->is_object()) {
       here = &(*here)[key];
     } else {
-      refuse_change(typed, fmt::format("{} at {}, which holds no keys", here->dump(), way),
-                    fmt::format("an object there first, e.g. --set \"{}={{}}\"", way));
+      refuse_change(typed, fmt::format("{} at {}, which has no keys", here->dump(), way),
+                    fmt::format("an object; create it first, e.g. --set \"{}={{}}\"", way));
     }
     way = child_pointer(way, key);
   }

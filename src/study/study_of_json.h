@@ -7,11 +7,11 @@
 
 namespace aberfit::internal {
 
-/// The text of a study; "-" is standard input. Throws InputError for what is no readable file.
+/// The text of a study; "-" is standard input. Throws InputError if the file cannot be read.
 std::string text_of_study(const std::string& path);
 
-/// The study that `json` describes, with what its files hold. changes: what was put into it, for messages.
-/// same_roughness: a study whose roughness is the same, measured already; or null.
+/// The study that `json` describes, with the contents of its files. changes: those made to it, for messages.
+/// same_roughness: a study with the same roughness, already measured, or null.
 Study study_of_json(const nlohmann::ordered_json& json, const std::string& path,
                     const std::vector<std::string>& changes, const Study* same_roughness);
 

@@ -11,9 +11,9 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kSameLength = 1e-9;  // rounding of a length that was computed and written down
+constexpr double kSameLength = 1e-9;  // rounding of a computed length in a file
 
-// A file that leaves them out is not read this far; a program may have forgotten them.
+// The reader has already refused a file without these values, but a program may have forgotten them.
 void check_required(const Study& study) {
   const auto require = [&](double length, const char* pointer, const char* what) {
     if (!(length > 0))
@@ -27,12 +27,11 @@ void check_required(const Study& study) {
 void check_aperture(const Study& study) {
   const double radius = aperture_radius(study.aperture), domain = sag_domain_radius(study.mirror);
   if (!study.mirror.zernike.empty() && study.mirror.zernike_radius < radius * (1 - kSameLength))
-    throw InputError(
-        study.path, "/mirror/zernike/radius",
-        format_quantity(study.mirror.zernike_radius, Dimension::kLength),
-        fmt::format("at least {}, the largest distance of the aperture from the axis: outside their "
-                    "disc Zernikes grow without bound",
-                    format_quantity(radius, Dimension::kLength)));
+    throw InputError(study.path, "/mirror/zernike/radius",
+                     format_quantity(study.mirror.zernike_radius, Dimension::kLength),
+                     fmt::format("at least {}, the largest distance of the aperture from the axis, because "
+                                 "outside their disc Zernikes grow without bound",
+                                 format_quantity(radius, Dimension::kLength)));
   if (radius < domain) return;
   static const char* const kSizes[] = {"diameter", "diameter", "", "vertices", ""};
   const std::string key = kSizes[study.aperture.index()];
@@ -50,18 +49,18 @@ void check_psd(const Study& study, const PsdModel& model, const std::string& poi
   const std::string problem = psd_problem(model);
   if (!problem.empty()) throw InputError(study.path, pointer, problem, "a PSD with finite height variance");
   const PsdMoments moments = psd_moments(RadialPsd(model));
-  // Light alone, which budgets are about, takes its structure function.
+  // Budgets concern only the light, and for that the structure function is enough.
   if (!std::isfinite(moments.height_variance) && !study.solve)
     throw InputError(
         study.path, pointer, "a PSD whose height variance is infinite",
-        "a band, or an exponent, that keeps it finite: an f_min of a tenth of a cycle across, or a "
-        "k-correlation whose B is the outer scale; only budgets (`solve`) do without");
+        "a band or exponent that keeps it finite, such as an f_min of a tenth of a cycle across, or a "
+        "k-correlation whose B is the outer scale (only budgets of `solve` do not need it)");
   if (!std::isfinite(moments.slope_variance))
     throw InputError(study.path, pointer, "a PSD whose slope variance is infinite",
-                     "f_max, or a 2-D exponent above 4: rays need a finite RMS slope");
+                     "f_max, or a 2-D exponent above 4, because rays need a finite RMS slope");
 }
 
-// Without a PSD there is nothing to predict targets, draws or term orders from.
+// Without a PSD we cannot predict targets, realisations or orders of terms.
 void check_without_roughness(const Study& study) {
   const auto fail = [&](const std::string& pointer, const std::string& found, const std::string& allowed) {
     throw InputError(study.path, pointer, found, allowed + ", because the study has no roughness");
@@ -69,7 +68,7 @@ void check_without_roughness(const Study& study) {
   if (study.target.statistics.empty())
     throw InputError(study.path, "/roughness", kMissing,
                      "a study needs \"roughness\": {\"psd\": {\"model\": \"uniform\", \"rms\": \"20 nm\", "
-                     "\"f_min\": \"2.5 /m\", \"f_max\": \"40 /m\"}}, or statistics that all have a value");
+                     "\"f_min\": \"2.5 /m\", \"f_max\": \"40 /m\"}}, or a value for every statistic");
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const StatisticRequest& request = study.target.statistics[i];
@@ -90,9 +89,9 @@ void check_without_roughness(const Study& study) {
          "terms/zernike needs the highest radial order, such as \"n_max\": 20");
 }
 
-// Known before the fit, so said before the fit.
+// These problems are known before the fit, so we report them before it.
 void check_exports(const Study& study) {
-  constexpr int kListedOrder = 20;  // of OpticStudio's Zernike surfaces: 231 terms
+  constexpr int kListedOrder = 20;  // highest order of OpticStudio's Zernike surfaces: 231 terms
   const auto& zernike = study.terms.zernike;
   for (std::size_t i = 0; i < study.output.exports.size(); ++i) {
     const ExportFormat format = study.output.exports[i];
@@ -100,7 +99,7 @@ void check_exports(const Study& study) {
     const auto fail = [&](const std::string& why) {
       throw InputError(study.path, "/output/export/" + std::to_string(i),
                        '"' + export_names()[std::size_t(format)] + "\" " + why,
-                       "a map instead: zemax-grid-sag, codev-int, fits-opd, csv");
+                       "a map instead (zemax-grid-sag, codev-int, fits-opd, csv)");
     };
     if ((noll || fringe) && study.terms.fourier)
       fail("with Fourier terms, which a Zernike listing cannot hold");
@@ -109,14 +108,15 @@ void check_exports(const Study& study) {
   }
 }
 
-// Where a ring or a line spread is widest differs from wavelength to wavelength.
+// The place where a ring or a line spread is widest depends on the wavelength.
 void check_band(const Study& study) {
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const std::string& name = study.target.statistics[i].name;
-    if (study.wavelength.is_band() && (name == "ring_fwhm" || name == "spot_fwhm" || name == "ring_profile"))
+    if (study.wavelength.is_band() &&
+        (name == "ring_profile" || kind_of_key(name).measure == Measure::kHalfWidth))
       throw InputError(study.path, "/target/statistics/" + keys[i], "\"" + name + "\" in a band of light",
-                       "encircled energies, which add; or light of one wavelength");
+                       "encircled energies, which add over wavelengths; or light of one wavelength");
   }
 }
 
@@ -129,7 +129,7 @@ void check_rules(const Study& study) {
   check_band(study);
   if (study.trace.pupil.layout == PupilLayout::kPolar && usual_layout(study.aperture) != PupilLayout::kPolar)
     throw InputError(study.path, "/trace/pupil", "\"polar\"",
-                     "\"random\", \"sobol\", \"grid\": the polar layout is for circles and annuli");
+                     "\"random\", \"sobol\" or \"grid\", because the polar layout is for circles and annuli");
   if (study.solve && study.solve->with)
     for (std::size_t k = 0; k < study.solve->with->surfaces.size(); ++k)
       check_psd(study, psd_model(study.solve->with->surfaces[k].psd),

@@ -3,8 +3,8 @@
 
 namespace aberfit::internal {
 
-/// Rules that join several blocks of a study, or need what its files hold. Throws InputError at the key that
-/// breaks one.
+/// Checks rules that join several blocks of a study or need the contents of its files. Throws InputError at
+/// the key that breaks one.
 void check_rules(const Study& study);
 
 }  // namespace aberfit::internal

@@ -17,12 +17,12 @@
 namespace aberfit {
 namespace {
 
-// The numbers that laws join. What a study does not have is NaN, and breaks no law.
+// The numbers that laws join. A number that the study does not have is NaN and breaks no law.
 struct Scene {
   double focal = kNaN, across = kNaN, wavelength = kNaN;           // [m]
-  double departure = kNaN;                                         // slope that is not the parabola's
+  double departure = kNaN;                                         // slope beside the parabola's
   double rms = kNaN, slope = kNaN, lowest = kNaN, highest = kNaN;  // of one roughness [m], [1], [/m]
-  double whole = kNaN;                                             // RMS of the sum that it is part of [m]
+  double whole = kNaN;  // RMS of the sum that the roughness is part of [m]
   double jitter = kNaN, fried = kNaN, fried_wavelength = kNaN, place = kNaN;  // [rad], [m], [m], [m]
 };
 
@@ -40,23 +40,24 @@ enum class Number {
   kPlace
 };
 
-// A quantity, and the range that holds all that is built or measured.
+// A quantity and the range that includes everything that is built or measured.
 struct Law {
-  const char* quantity;  // with its value
+  const char* quantity;  // text with its value
   double (*value)(const Scene&);
   double low, high;
-  std::vector<Number> numbers;  // that may be wrong where it is broken
-  double common = kNaN;         // the value most have; NaN where none is much more common than the others
+  std::vector<Number> numbers;  // those that may be wrong if it is broken
+  double common = kNaN;         // most common value; NaN if no value is much more common
 };
 
-// f/0.25: the rim of a faster parabola is steeper than 45 degrees, and light meets the focus from behind.
-// f/5000: the mirrors of gravitational-wave detectors have f/3300, planned ones f/4400. Telescopes are f/1 to
-// f/50.
+// These are the reasons for the limits.
+// f/0.25: the rim of a faster parabola is steeper than 45 degrees, and light reaches the focus from behind.
+// f/5000: the mirrors of gravitational-wave detectors have f/3300, planned ones f/4400. Telescopes have f/1
+// to f/50.
 // 5 um: a mirror of a projector's chip. 110 m: Green Bank, the largest dish for waves below 1 cm.
-// Mirrors reflect waves from 10 pm, of nuclear lines, to radio; 1 cm is where dishes as they are here end.
-// 10 wavelengths: the smallest dishes; of fewer there is no focus that scalar theory describes.
-// 1 mrad of motion: the coarsest tracking, that of solar dishes. r0 at 500 nm (lambda^(6/5)): 1 mm over a hot
-// road, 10 m at a wavelength where air hardly matters.
+// Mirrors reflect waves from 10 pm (nuclear lines) to radio; the dishes that this program covers end at 1 cm.
+// 10 wavelengths: the smallest dishes; scalar theory describes no focus of a smaller one.
+// 1 mrad of motion: solar dishes, which have the coarsest tracking.
+// r0 at 500 nm (lambda^(6/5)): 1 mm over a hot road, 10 m at a wavelength where air hardly matters.
 std::vector<Law> scene_laws() {
   return {{"an f-number of {:.4g}",
            [](const Scene& s) { return s.focal / s.across; },
@@ -91,7 +92,7 @@ std::vector<Law> scene_laws() {
            {Number::kFried}}};
 }
 
-// Conic, even powers and known Zernikes: a sphere of f/0.5 has 0.08.
+// This slope comes from the conic, the even powers and the known Zernikes; a sphere of f/0.5 has 0.08.
 std::vector<Law> shape_laws() {
   return {{"a slope of {:.3g} beside the parabola's at the rim",
            [](const Scene& s) { return s.departure; },
@@ -100,11 +101,12 @@ std::vector<Law> shape_laws() {
            {Number::kDeparture}}};
 }
 
-// 2.5e-5 wavelengths scatter 1e-7 of the light, (4 pi rms/lambda)^2: less is lost in the scatter of air. 100
-// wavelengths: the dishes of Cherenkov telescopes, the roughest mirrors used in light, have some 20.
-// A slope of 0.1 spreads the light over a fifth of the focal length, and first order in it is off by 5 %.
-// One cycle across: slower roughness only tilts and bends the mirror. One in a wavelength: faster roughness
-// does not scatter.
+// 2.5e-5 wavelengths scatter 1e-7 of the light, (4 pi rms/lambda)^2. A smaller fraction is lost in the
+// scatter of air.
+// 100 wavelengths: the dishes of Cherenkov telescopes, the roughest mirrors used in light, have about 20.
+// A slope of 0.1 spreads the light over a fifth of the focal length, and the first order in it errs by 5 %.
+// One cycle across: slower roughness only tilts and bends the mirror. One cycle in a wavelength: faster
+// roughness does not scatter.
 std::vector<Law> roughness_laws() {
   return {{"an RMS height of {:.3g} wavelengths",
            [](const Scene& s) { return s.rms / s.wavelength; },
@@ -133,8 +135,8 @@ std::vector<Law> roughness_laws() {
            {Number::kBand, Number::kWavelength}}};
 }
 
-// A length in the focus: a slope of 0.05 sends a ray a tenth of the focal length away. A plane beside the
-// focus: half-way to the mirror the light is as wide as half of it.
+// A length in the focus: a slope of 0.05 moves a ray by a tenth of the focal length.
+// A plane out of focus: half-way to the mirror the beam is half as wide as the mirror.
 std::vector<Law> place_laws(double farthest) {
   return {{"{:.3g} times the focal length",
            [](const Scene& s) { return std::abs(s.place) / s.focal; },
@@ -193,13 +195,13 @@ Scene with(Scene scene, Number number, double factor) {
   return scene;
 }
 
-// Where a number stands in the study, and how it is called there.
+// The place of a number in the study, and its name there.
 struct Place {
   Number number;
   std::string name, pointer;
   double value = kNaN;
   Dimension dimension = Dimension::kLength;
-  double power = 1;  // of the factor that its value takes where the scene's takes `factor`
+  double power = 1;  // `value` changes by factor^power if the scene's number changes by `factor`
 };
 
 constexpr double kArcsecond = kPi / 180 / 3600;  // [rad]
@@ -210,7 +212,8 @@ struct Slip {
   long left = 0;  // laws still broken once it is undone
 };
 
-// Between the unit meant and metres, as plain numbers are read; of angles between arcseconds and radians.
+// Factors between the unit meant and metres, the unit of plain numbers; for angles, between arcseconds and
+// radians.
 std::span<const double> factors_of(Number number) {
   static constexpr double kOfLengths[] = {1e-3, 1e3, 1e-6, 1e6, 1e-9, 1e9}, kOfAngles[] = {kArcsecond};
   static constexpr double kOfSwap[] = {1};
@@ -218,11 +221,11 @@ std::span<const double> factors_of(Number number) {
   return number == Number::kJitter ? std::span<const double>(kOfAngles) : kOfLengths;
 }
 
-// The slips that explain why `law` is broken, those alone that leave the fewest others.
+// The slips that explain why `law` is broken and that leave the fewest other laws broken.
 std::vector<Slip> slips(const std::vector<Law>& laws, const Law& law, const Scene& scene) {
   std::vector<Slip> found;
   for (const Number number : law.numbers) {
-    std::optional<Slip> best;  // of this number: of two that do as well the smaller one
+    std::optional<Slip> best;  // best for this number; of two equally good ones the smaller change
     for (const double factor : factors_of(number)) {
       const Scene then = with(scene, number, factor);
       const Slip slip{number, factor, broken(laws, then)};
@@ -236,14 +239,15 @@ std::vector<Slip> slips(const std::vector<Law>& laws, const Law& law, const Scen
   const long left = fewest->left, before = broken(laws, scene);
   std::erase_if(found, [&](const Slip& slip) { return slip.left > left || slip.left >= before; });
   if (std::isnan(law.common)) return found;
-  constexpr double kAsLikely = 1;  // decades farther from what is common than the best
+  constexpr double kAsLikely = 1;  // decades farther from the common value than the best slip
   const auto distance = [&](const Slip& slip) {
     return std::abs(std::log10(law.value(with(scene, slip.number, slip.factor)) / law.common));
   };
   double best = kInfinity;
   for (const Slip& slip : found) best = std::min(best, distance(slip));
   std::erase_if(found, [&](const Slip& slip) { return distance(slip) > best + kAsLikely; });
-  // Of a long focus with a small mirror and the reverse the one that makes the size of a common mirror.
+  // Both a long focus with a small mirror and the reverse may remain; the more common size of mirror comes
+  // first.
   const auto size = [&](const Slip& slip) {
     constexpr double kCommonSize = 0.3;
     return std::abs(std::log10(with(scene, slip.number, slip.factor).across / kCommonSize));
@@ -289,15 +293,15 @@ std::string meant_by(const std::vector<Slip>& found, const Law& law, const Scene
     const std::string here = fmt::format("{:.3g}", law.value(with(scene, slip.number, slip.factor)));
     if (then.find(here) == std::string::npos) then += (then.empty() ? "" : " or ") + here;
   }
-  const char* const kSwapped = "re focal length and diameter swapped";
+  const char* const kSwapped = "re focal length and diameter interchanged";
   const std::string question = units.empty() ? fmt::format("A{}", kSwapped)
                                : swapped     ? fmt::format("Is {} meant, or a{}", units, kSwapped)
                                              : fmt::format("Is {} meant", units);
   return fmt::format("{}? Then it is {}.", question, then);
 }
 
-// Tells what is broken, and leaves in `scene` what is taken for meant, so that one slip is told once. others:
-// laws that are not to be told, but which no slip may break.
+// Reports the broken laws and corrects `scene` to the values probably meant, so that one slip is reported
+// once. others: laws that are not reported, but that no slip may break.
 void explain(std::vector<Law> laws, const std::vector<Law>& others, const std::vector<Place>& places,
              Scene* scene, std::vector<UnusualNumber>* unusual) {
   while (true) {
@@ -332,8 +336,8 @@ Place place_of_aperture(const Aperture& aperture) {
   return place;
 }
 
-// What adds most to the slope of the rim beside the parabola's, and the sum of all sizes. Mirrors that are
-// taken to be of another size than the study has are meant to have their Zernikes on a disc as much larger.
+// The term that adds most to the slope of the rim beside the parabola's; `slope` becomes the sum of all
+// sizes. If a slip changes the size of the mirror, the disc of its Zernikes changes with it.
 Place steepest_departure(const Mirror& mirror, double radius, double* slope) {
   Place steepest{Number::kDeparture, "a height of", "/mirror/conic", mirror.conic, Dimension::kNumber};
   const double curvature = 0.5 / mirror.focal_length;
@@ -352,7 +356,7 @@ Place steepest_departure(const Mirror& mirror, double radius, double* slope) {
         fmt::format("/mirror/spherical/c{}", power), mirror.spherical[k], Dimension::kNumber);
   }
   for (const KnownZernike& term : mirror.zernike) {
-    // d/d rho of a Zernike at the rim of its disc: its norm times (n (n + 2) - m^2)/2.
+    // At the rim of its disc, d/d rho of a Zernike is its norm times (n (n + 2) - m^2)/2.
     const int n = term.mode.n, m = term.mode.m;
     const double at_rim = std::sqrt((m == 0 ? 1.0 : 2.0) * (n + 1)) * 0.5 * (n * (n + 2) - m * m);
     add(term.height / mirror.zernike_radius * at_rim,
@@ -379,13 +383,13 @@ void add_keys_of(PsdModel model, const std::string& pointer, std::vector<Place>*
   }
 }
 
-// How a surface of the path counts: its beam over the pupil, and its heights over those of a mirror.
+// Weight of a surface in the path: size of its beam over the pupil, and its heights over those of a mirror.
 struct InPath {
   double footprint, height;
   double whole = 0;  // RMS height of the sum that a roughness is part of [m]
 };
 
-// scene: without roughness; of_scene: its numbers.
+// `scene` has no roughness; `of_scene` holds the places of its numbers.
 void look_at_roughness(const RoughnessModel& node, const std::string& pointer, InPath path,
                        const Scene& scene, const std::vector<Place>& of_scene,
                        std::vector<UnusualNumber>* unusual) {
@@ -399,7 +403,7 @@ void look_at_roughness(const RoughnessModel& node, const std::string& pointer, I
   const RadialPsd psd(psd_model(node));
   const PsdMoments moments = psd_moments(psd);
   Scene here = scene;
-  if (!std::isfinite(moments.height_variance)) return;  // of all heights it has
+  if (!std::isfinite(moments.height_variance)) return;  // its height is infinite: no law applies
   here.rms = path.height * moments.rms_height();
   here.whole = path.height * std::max(path.whole, moments.rms_height());
   here.slope = path.height * moments.rms_slope_per_axis();
@@ -429,14 +433,15 @@ std::vector<Place> places_in_focus(const Study& study) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const StatisticRequest& request = study.target.statistics[i];
     const std::string pointer = "/target/statistics/" + keys[i];
-    const bool is_radius = request.name.starts_with("ee") && request.name != "ee_within";
-    if (request.value && (is_radius || request.name == "rms_radius" || request.name == "spot_fwhm"))
-      add(pointer + "/value", *request.value);
     if (const auto* ring = std::get_if<double>(&request.ring)) add(pointer + "/ring", *ring);
-    for (std::size_t k = 0; k < request.radii.size(); ++k)
-      add(fmt::format("{}/radii/{}", pointer, k), request.radii[k]);
-    for (std::size_t k = 0; k < request.sides.size(); ++k)
-      add(fmt::format("{}/sides/{}", pointer, k), request.sides[k]);
+    if (request.name == "ring_profile") continue;
+    const StatisticKind& kind = kind_of_key(request.name);
+    const StudyOption& option = option_of_key(request.name);
+    const bool in_a_plane = kind.plane == FocalPlane::kFocus || kind.plane == FocalPlane::kGiven;
+    if (request.value && in_a_plane && kind.dimension == Dimension::kLength)
+      add(pointer + "/value", *request.value);
+    for (std::size_t k = 0; k < request.places.size() && option.dimension == Dimension::kLength; ++k)
+      add(fmt::format("{}/{}/{}", pointer, option.key, k), request.places[k]);
   }
   if (!study.solve) return places;
   for (const Budget& budget : study.solve->budgets) {
@@ -464,7 +469,7 @@ std::vector<Place> planes_of(const Study& study) {
 
 std::vector<UnusualNumber> unusual_numbers(const Study& study) {
   std::vector<UnusualNumber> unusual;
-  const auto given = [](double value) { return value > 0 ? value : kNaN; };  // of a study filled in by hand
+  const auto given = [](double value) { return value > 0 ? value : kNaN; };  // a program's study may lack it
   Scene scene;
   scene.focal = given(study.mirror.focal_length), scene.wavelength = given(study.wavelength);
   scene.across = given(2 * aperture_radius(study.aperture));
@@ -506,8 +511,8 @@ std::vector<UnusualNumber> unusual_numbers(const Study& study) {
 Warnings unusual_warnings(const Study& study) {
   Warnings warnings;
   for (const UnusualNumber& number : unusual_numbers(study))
-    warnings.push_back({kUnusual, fmt::format("{} is {}: {}; {} is ordinary. {}", number.pointer,
-                                              number.value, number.quantity, number.ordinary, number.meant)});
+    warnings.push_back({kUnusual, fmt::format("{} is {}: {}; {} is usual. {}", number.pointer, number.value,
+                                              number.quantity, number.ordinary, number.meant)});
   return warnings;
 }
 

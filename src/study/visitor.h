@@ -21,17 +21,17 @@
 // Schema are three visitors of that description, so a key cannot be known to one and unknown to another.
 namespace aberfit::internal {
 
-/// kUsual: may be absent in special studies; named beside required keys where these are missing.
+/// A kUsual key may be absent in special studies. A message about missing required keys names it, too.
 enum class Need { kRequired, kOptional, kUsual };
 
-/// One key of an object: its name, what it means (for the schema), and whether it may be absent. An absent
-/// optional key leaves the value that the structure came with: the default.
+/// One key of an object: its name, its meaning (for the schema), and whether it may be absent. An absent
+/// optional key leaves the structure's value, which is the default.
 struct Field {
   const char* key;
   const char* meaning;
   Need need = Need::kOptional;
   const char* example = nullptr;  ///< JSON text for the schema
-  const char* note = nullptr;     ///< sentence for whoever gives a value that is not allowed
+  const char* note = nullptr;     ///< sentence added to the error if the value is not allowed
 };
 
 /// Interval of allowed numbers in SI units.
@@ -48,8 +48,8 @@ struct Range {
   }
 };
 
-/// What `range` leaves of the numbers that double precision carries through the powers and products of a
-/// scene: lengths to 1e12 m, frequencies to 1e15 per m; and of positive ones the small end, too.
+/// Limits `range` to numbers whose powers and products in a scene stay within double precision: lengths up to
+/// 1e12 m, frequencies up to 1e15 per m. The small end of positive ranges is limited, too.
 inline Range within_reach(Range range, Dimension dimension) {
   const double most = dimension == Dimension::kLength             ? 1e12
                       : dimension == Dimension::kSpatialFrequency ? 1e15
@@ -70,12 +70,12 @@ struct KeyPattern {
   std::string sample;   ///< a key of that kind
 };
 
-/// What `variations` know of ranges.
+/// Limits and spacings of the ranges in `variations`.
 inline constexpr std::int64_t kMostOfRange = 1000000;
 inline const std::vector<std::string> kSpacings = {"linear", "log", "integers"};
 
-/// Every call names a key of the object being visited. Values are read (reader), written (writer) or
-/// documented (schema).
+/// Every call names a key of the object being visited. The reader reads values, the writer writes them, and
+/// the schema documents them.
 class Visitor {
  public:
   using Body = std::function<void(Visitor&)>;
@@ -91,7 +91,7 @@ class Visitor {
   /// String with unit or plain SI number. Empty: absent.
   virtual void quantity(const Field& field, std::optional<double>& value, Dimension dimension,
                         Range range) = 0;
-  /// Array of such; `ascending`: strictly.
+  /// Array of quantities; `ascending` means strictly.
   virtual void quantities(const Field& field, std::vector<double>& values, Dimension dimension, Range range,
                           bool ascending) = 0;
   /// A quantity or one of the words that match `regex` ("ee90").
@@ -113,18 +113,18 @@ class Visitor {
   /// Object whose keys are data and whose values are texts that match `regex`; at least one.
   virtual void texts_by_key(const Field& field, TextsByKey& values, const std::vector<KeyPattern>& patterns,
                             const std::string& regex) = 0;
-  /// Object whose keys are JSON pointers and whose values, held as JSON texts, are arrays of any values or
-  /// ranges of numbers; at least one.
+  /// Object whose keys are JSON pointers and whose values are arrays of any values or ranges of numbers; at
+  /// least one. The values are held as JSON texts.
   virtual void variations(const Field& field, TextsByKey& values) = 0;
   virtual void choice(const Field& field, std::size_t& index, const Names& names) = 0;
   /// Array of distinct choices.
   virtual void choices(const Field& field, std::vector<std::size_t>& indices, const Names& names) = 0;
-  /// The choice that says which other keys the object has; to be called before them.
+  /// The choice that decides which other keys the object has. It must be called before them.
   virtual void tag(const Field& field, std::size_t& index, const Names& names) {
     choice(field, index, names);
   }
-  /// An object. `present` (may be null: always there) tells whether an optional object was given.
-  /// `definition` names it in the schema, which a description that contains itself needs.
+  /// An object. `present` tells whether an optional object was given; null means always. `definition` names
+  /// it in the schema; a description that contains itself needs this name.
   virtual void object(const Field& field, bool* present, const Body& body,
                       const char* definition = nullptr) = 0;
   /// Either one of the words, words[word], or an object.
@@ -140,11 +140,11 @@ class Visitor {
   virtual void keyed(const Field& field, Names& keys, const std::vector<KeyPattern>& patterns,
                      const ItemBody& body) = 0;
 
-  /// Rule between keys of the object being visited, checked by the reader only: where `holds` is false, `key`
+  /// A rule between keys of the object being visited; only the reader checks it. If `holds` is false, `key`
   /// is at fault.
   virtual void check(bool /*holds*/, const std::string& /*key*/, const std::string& /*found*/,
                      const std::string& /*allowed*/) {}
-  /// Whether values come from a file, so that a default may depend on other keys.
+  /// Returns whether values come from a file, so that a default may depend on other keys.
   virtual bool reading() const { return false; }
 
   // Shorthands for members that always have a value.
@@ -191,8 +191,8 @@ class Visitor {
     choice(field, index, names);
     value = index == 0 ? std::nullopt : std::optional(values[index - 1]);
   }
-  /// The tag of an object that is one of several: its word, and what it starts from where it is read. In the
-  /// order of the variant.
+  /// The tag of an object that is one of several alternatives. Each entry has its word and the value that
+  /// reading starts from, in the order of the variant.
   template <typename Variant>
   void kind(const Field& field, Variant& held, const std::vector<std::pair<std::string, Variant>>& kinds) {
     Names names;
@@ -201,7 +201,7 @@ class Visitor {
     tag(field, index, names);
     if (index != held.index() || reading()) held = kinds[index].second;
   }
-  /// An object that is there where its member is.
+  /// An object that is present if its member is.
   template <typename Value>
   void optional_object(const Field& field, std::optional<Value>& value,
                        void (*describe)(Visitor&, std::type_identity_t<Value>&)) {
@@ -225,11 +225,11 @@ class Visitor {
 /// values out of range throw InputError with `file` and the JSON pointer.
 void read_object(const nlohmann::ordered_json& json, const std::string& file, const Visitor::Body& body);
 
-/// What `body` describes as JSON with every value that it holds, quantities as plain SI numbers.
+/// Writes what `body` describes as JSON, with all its values and with quantities as plain SI numbers.
 nlohmann::ordered_json write_object(const Visitor::Body& body);
 
-/// JSON Schema, draft 2020-12, of the object that `body` describes, which is run once, or once per tag;
-/// `definitions` collects the named ones ($defs).
+/// JSON Schema, draft 2020-12, of the object that `body` describes. `body` runs once, or once for each tag;
+/// `definitions` collects the named definitions ($defs).
 nlohmann::ordered_json object_schema(const Visitor::Body& body, nlohmann::ordered_json* definitions);
 
 }  // namespace aberfit::internal

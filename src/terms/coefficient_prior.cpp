@@ -17,8 +17,6 @@ namespace {
 // Eigenvalues of a correlation matrix below this many eps are rounding errors of the quadrature. The factor
 // contains the square roots of the others.
 constexpr double kRankEps = 64;
-// Separates kept (factor >= 1e-7 of a standard deviation) from dropped directions (1e-15) in an inverse.
-constexpr double kRankOfFactor = 1e-10;
 
 // F with F F^T = C to rounding: D V sqrt(L) V^T, where D are the standard deviations and V L V^T the
 // correlations. This scaling keeps full relative accuracy for coefficients many orders of magnitude apart.
@@ -113,23 +111,6 @@ Eigen::VectorXd CoefficientPrior::colour(const Eigen::VectorXd& white) const {
 
 Eigen::VectorXd CoefficientPrior::colour_transpose(const Eigen::VectorXd& gradient) const {
   return apply_blocks(*this, gradient, [](const Block& block) { return block.factor.transpose(); });
-}
-
-Eigen::VectorXd CoefficientPrior::whiten(const Eigen::VectorXd& coefficients) const {
-  Eigen::VectorXd white(size_);
-  for (const Block& block : blocks_) {
-    // Residuals are scaled by each standard deviation. Coefficients without variance are ignored.
-    const Eigen::VectorXd inverse =
-        block.factor.rowwise().norm().unaryExpr([](double d) { return d > 0 ? 1 / d : 0.0; });
-    const Eigen::VectorXd own = coefficients(block.index), scaled = inverse.cwiseProduct(own);
-    if (block.factor.isDiagonal(0)) {
-      const Eigen::VectorXd signs = block.factor.diagonal().cwiseSign();
-      white(block.index) = scaled.cwiseProduct(signs);
-      continue;
-    }
-    white(block.index) = LeastNorm(inverse.asDiagonal() * block.factor, kRankOfFactor).solve(scaled);
-  }
-  return white;
 }
 
 CoefficientPrior make_prior(const TermSet& terms, const RadialPsd& psd, CovarianceKind kind) {

@@ -28,7 +28,7 @@ int detrend_degree(const DetrendOptions& options) {
 Eigen::MatrixXd orthonormal_polynomials(int n, int degree) {
   if (degree < 0) return Eigen::MatrixXd(n, 0);
   if (degree >= n)
-    throw std::invalid_argument("detrending of so high a degree leaves nothing of so small a grid");
+    throw std::invalid_argument("detrending of such a high degree leaves nothing of such a small grid");
   const Eigen::ArrayXd t = (2 * Eigen::ArrayXd::LinSpaced(n, 0, n - 1) - (n - 1)) / std::max(1, n - 1);
   // The columns of Q span the same spaces as the first columns of the polynomials, degree by degree.
   return orthonormal_columns(legendre_polynomials(t, degree + 1).matrix());
@@ -128,10 +128,10 @@ class EstimatedSpectrum : public SurfaceSpectrum {
 std::unique_ptr<SurfaceSpectrum> estimated_spectrum(const TermSet& terms, const PsdEstimatorOptions& options,
                                                     int grid_size, int threads, Eigen::ArrayXd* low,
                                                     Eigen::ArrayXd* high) {
-  if (!(terms.radius > 0)) throw std::invalid_argument("the square needs the radius of a disc to lie in");
+  if (!(terms.radius > 0)) throw std::invalid_argument("the square must lie in a disc of positive radius");
   if (grid_size < 4) throw std::invalid_argument("a spectrum needs a grid of at least 4 x 4 points");
   const double pitch = std::sqrt(2.0) * terms.radius / grid_size;
-  // the size to which the estimator cuts a map
+  // This is the size to which the estimator cuts a map.
   auto spectrum =
       std::make_unique<EstimatedSpectrum>(terms, options, int(smooth_up_to(grid_size)), pitch, threads);
   *low = spectrum->edges().low;

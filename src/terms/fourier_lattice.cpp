@@ -80,7 +80,7 @@ FourierLattice::FourierLattice(const TermSet& terms, const Eigen::ArrayXd& x, co
   const auto number = [pitch](double f) {
     const double k = f / pitch;
     if (!(std::abs(k - std::round(k)) <= 1e-9 * std::max(1.0, std::abs(k))) || std::abs(k) > 1e6)
-      throw std::invalid_argument("SurfaceOperator: a Fourier mode that is no point of the lattice");
+      throw std::invalid_argument("SurfaceOperator: a Fourier mode is not a point of the lattice");
     return int(std::lround(k));
   };
   int most = 0;

@@ -62,7 +62,7 @@ std::vector<FourierMode> log_rings(const Edges& edges, int count, std::uint64_t 
   return modes;
 }
 
-// Whether the square of side `pitch` about (i, j) pitch overlaps the ring in more than an edge.
+// Returns whether the square of side `pitch` about (i, j) pitch overlaps the ring in more than an edge.
 bool has_part(int i, int j, double pitch, const Edges& edges) {
   const double x = std::abs(i), y = std::abs(j);
   const double nearest = pitch * std::hypot(std::max(x - 0.5, 0.0), std::max(y - 0.5, 0.0)),
@@ -85,8 +85,8 @@ std::vector<FourierMode> fourier_lattice(const RadialPsd& psd, double pitch) {
   const double reach = edges.high / pitch + 0.5, count = 0.5 * pi * reach * reach;
   if (count > kMostLatticeModes)
     throw ComputationError(
-        fmt::format("the band up to {:.4g} /m takes {:.2g} plane waves on a grid of {:.4g} /m, more than the "
-                    "{:.2g} that are allowed",
+        fmt::format("the band up to {:.4g} /m needs {:.2g} plane waves on a grid of {:.4g} /m, more than the "
+                    "allowed {:.2g}",
                     edges.high, count, pitch, kMostLatticeModes));
   std::vector<FourierMode> modes;
   const int most = int(reach);

@@ -15,7 +15,7 @@
 namespace aberfit::internal {
 
 /// L^T of heights alone for many weights, as a matrix product. L is made block by block and never stored. On
-/// a grid that mirrors itself in x and y, up to four points are combined: terms are even or odd under either
+/// a grid that mirrors itself in x and y, up to four points are combined. Terms are even or odd under either
 /// reflection, so a quarter of L and of the products suffices, even if some of the four points are missing.
 class HeightProducts {
  public:

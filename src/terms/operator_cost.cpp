@@ -78,7 +78,9 @@ OperatorChoice choose_operator(const TermSet& terms, const PointLayout& layout,
   check_named(terms, layout, options);
   OperatorChoice choice;
   std::string methods;
-  const auto because = [](bool named) { return named ? "as asked for" : "what their structure allows"; };
+  const auto because = [](bool named) {
+    return named ? "as requested" : "the fastest that their structure allows";
+  };
   if (!terms.zernike.empty()) {
     choice.zernike =
         options.zernike.value_or(layout.rings > 0 ? ZernikeMethod::kPolar : ZernikeMethod::kFused);

@@ -18,7 +18,7 @@ class PointCoordinates {
   explicit PointCoordinates(CartesianGrid grid);
 
   Eigen::Index size() const { return size_; }
-  /// Whether Zernike terms outside their circle take the values of its rim.
+  /// If true, Zernike terms outside their circle take the values of its rim.
   bool hold_at_rim = false;
 
   /// Writes x / unit and y / unit of `used` points to the block, and zeros to the other entries. The points

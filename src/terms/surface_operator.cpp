@@ -110,9 +110,11 @@ void check_structure(const PupilSample& pupil) {
   const auto* grid = std::get_if<CartesianGrid>(&pupil.structure);
   if (const auto* directions = std::get_if<DirectionGrid>(&pupil.structure);
       directions && !well_formed(directions->cells, pupil.size()))
-    throw std::invalid_argument("SurfaceOperator: the structure of the pupil is not that of its points");
+    throw std::invalid_argument(
+        "SurfaceOperator: the pupil's points do not have the structure that it states");
   if (pupil.size() > 0 && ((rings && !matches(*rings)) || (grid && !matches(*grid))))
-    throw std::invalid_argument("SurfaceOperator: the structure of the pupil is not that of its points");
+    throw std::invalid_argument(
+        "SurfaceOperator: the pupil's points do not have the structure that it states");
 }
 
 /// Coordinates from the structure if only subsets and spherical terms need them, else the pupil's own.
@@ -136,13 +138,13 @@ Index polar_rays(const TermSet& terms, Index points) {
 }  // namespace
 
 std::string to_string(ZernikeMethod method) {
-  // In the order of the enum.
+  // The order is that of the enum.
   static constexpr const char* kNames[] = {"fused", "polar"};
   return kNames[std::size_t(method)];
 }
 
 std::string to_string(FourierMethod method) {
-  // In the order of the enum.
+  // The order is that of the enum.
   static constexpr const char* kNames[] = {"phase-sums", "lattice"};
   return kNames[std::size_t(method)];
 }

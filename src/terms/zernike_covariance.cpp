@@ -29,7 +29,7 @@ double finite_height_variance(const RadialPsd& psd) {
   const double variance = radial_moment(psd, 0);
   if (!std::isfinite(variance) || variance == 0)
     throw ComputationError(
-        "a share of the height variance needs a PSD whose height variance is finite and not zero");
+        "a fraction of the height variance needs a PSD whose height variance is finite and not zero");
   return variance;
 }
 

@@ -26,7 +26,7 @@
 namespace aberfit::internal {
 namespace {
 
-// In x; J_a J_b oscillates 5 times on 24 nodes, error below 1e-15 (j_48(16)).
+// The width is in x; J_a J_b oscillates 5 times on 24 nodes, error below 1e-15 (j_48(16)).
 constexpr double kPanelWidth = 16;
 constexpr double kHankelFrom = 30;  // in x
 constexpr double kTailOrders =
@@ -115,9 +115,8 @@ void add_head(const RadialPsd& psd, double kappa, double f, int first_order, Sum
   for (const PowerTerm& term : psd.low_frequency_terms()) {
     if (!(2 * first_order - term.exponent > 0))
       throw ComputationError(
-          fmt::format("the variance of the Zernike terms n = {} diverges: the PSD goes as f^-{:g} down to f "
-                      "= 0; give it an "
-                      "f_min or leave these terms out",
+          fmt::format("the variance of the Zernike terms n = {} diverges, because the PSD goes as f^-{:g} "
+                      "down to f = 0; give it an f_min or leave these terms out",
                       first_order - 1, term.exponent));
     sum->add_closed([&](int a, int b) {
       const double p = a + b - term.exponent, x = kappa * f;
@@ -135,7 +134,7 @@ void add_beyond(const RadialPsd& psd, double kappa, double f, Sum* sum) {
   for (const PowerTerm& term : psd.high_frequency_terms()) {
     if (!(term.exponent > -1))
       throw ComputationError(fmt::format(
-          "Zernike variances diverge: the PSD goes as f^{:g} up to f = infinity; give it an f_max",
+          "Zernike variances diverge, because the PSD goes as f^{:g} up to f = infinity; give it an f_max",
           -term.exponent));
     sum->add_closed([&](int, int) { return term(f) / (kPi * kappa * f * (term.exponent + 1)); });
   }

@@ -60,16 +60,16 @@ class MeanOfParabola : public MeanScatter {
 AberratedLight::AberratedLight(const GhsPupil& pupil) : parabola_(pupil.of_parabola()) {
   if (pupil.light().is_band())
     throw ComputationError(
-        "where a band of light is brightest behind aberrations that are not of revolution is not known; ask "
-        "for light of one wavelength, or leave strehl and its like out");
+        "for a band of wavelengths the peak of the PSF is not known if aberrations are not of revolution; "
+        "request one wavelength, or leave out strehl and similar statistics");
   const Mirror& mirror = pupil.mirror();
   const double across = 2 * aperture_radius(pupil.aperture());
   for (int count = kLeastAcross;; count *= 2) {
     if (count > kMostAcross)
       throw ComputationError(fmt::format(
-          "the aberrations of this mirror are too steep for its mean light in two dimensions: on {} cells "
-          "across the aperture their phase still turns by more than a quarter of a turn between neighbours; "
-          "take a mirror nearer to its parabola, or `\"theory\": \"geometric\"` in `target`",
+          "the aberrations of this mirror are too steep for its mean PSF in two dimensions: on {} grid "
+          "points across the aperture their phase still changes by more than a quarter turn between "
+          "neighbours. Take a mirror nearer to its parabola, or `\"theory\": \"geometric\"` in `target`",
           kMostAcross));
     cells_ = diffraction_pupil(parabola_.aperture(), mirror.focal_length, across / count);
     height_ = departure_from_parabola(mirror, cells_.sample);

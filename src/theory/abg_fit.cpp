@@ -105,7 +105,7 @@ Eigen::Vector2d refined(const Samples& samples, Eigen::Vector2d p) {
 // Chooses the sines of an automatic range.
 void choose_range(const ScatterFunction& scatter, double floor, double* low, double* high) {
   const double start = 0.1 * scatter.lowest_sine();
-  double below = std::log(start), above = 0;  // of the sine within which kLightBelow lies
+  double below = std::log(start), above = 0;  // logarithms of sines; kLightBelow lies between
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (below + above);
     (scatter.within(std::asin(std::exp(middle))) < kLightBelow * scatter.tis() ? below : above) = middle;
@@ -174,7 +174,8 @@ AbgFit fit_abg(const ScatterFunction& scatter, const AbgOptions& options) {
     samples.log_bsdf[i] = std::log(scatter.bsdf(std::asin(std::min(1.0, std::exp(samples.log_sine[i])))));
   }
   if (!samples.log_bsdf.isFinite().all())
-    throw std::invalid_argument("ABg fit: the scatter function is not positive all over the range of angles");
+    throw std::invalid_argument(
+        "ABg fit: the scatter function is not positive over the whole range of angles");
   const Eigen::Vector2d p = refined(samples, best_of_grid(samples));
   const Eigen::ArrayXd residuals = samples.residuals(p);
   fit.found = true;

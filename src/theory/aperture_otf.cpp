@@ -22,7 +22,7 @@ double lens(double one, double two, double distance) {
   if (distance >= one + two) return 0;
   const double smaller = std::min(one, two);
   if (distance <= std::abs(one - two)) return pi * smaller * smaller;
-  // Sectors less triangles; u: where the chord cuts the line between the centres.
+  // The areas are sectors minus triangles; the chord cuts the line between the centres at u.
   const auto segment = [](double radius, double u) {
     return radius * radius * std::acos(std::clamp(u / radius, -1.0, 1.0)) -
            u * std::sqrt(std::max(0.0, (radius - u) * (radius + u)));
@@ -47,7 +47,7 @@ double longest_distance(const Aperture& aperture) {
 PanelFunction transfer_of_light(const Aperture& aperture, double cutoff) {
   const double slender = cells_for_edges(aperture);
   if (slender > kMostCells)
-    throw ComputationError("the aperture is too slender for its light; check the aperture, its smaller side");
+    throw ComputationError("the aperture is too slender for its PSF; check its smaller side");
   const PupilCells cells(aperture, std::max(kFewestCells, int(slender)));
   const FocalGrid grid(FocalGrid::samples_for(cells, cutoff), FocalGrid::taper_for(cells, 0));
   const MomentBasis basis(1);

@@ -38,7 +38,7 @@ class ExponentChange {
   /// uneven: the change of the `uneven` of ExactTransfer.
   ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change, double uneven,
                  const ExponentTable& table, double smallest);
-  /// For dE/dp = proportion E.
+  /// The simple case dE/dp = proportion E.
   ExponentChange(double proportion, double uneven, const ExponentTable& table);
   PanelArray operator()(const PanelArray& x) const;
   double uneven() const { return uneven_; }

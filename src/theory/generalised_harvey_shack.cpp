@@ -5,19 +5,15 @@
 #include <map>
 #include <mutex>
 #include <numbers>
-#include <optional>
 #include <vector>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/root.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/scene/segments.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
-#include "aberfit/theory/height_on_aperture.h"
-#include "aberfit/theory/light_property.h"
 #include "aberfit/theory/scattering_band.h"
 #include "exact_transfer.h"
 #include "radial_transform.h"
@@ -86,7 +82,7 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPu
   g_ = 4 * pi * band.rms_height / wavelength_;
   if (!std::isfinite(structure_function(psd_, Eigen::ArrayXd::Constant(1, aperture_radius(aperture_)))[0]))
     throw ComputationError(
-        "the structure function of this PSD is infinite, so there is no generalised Harvey-Shack prediction: "
+        "the structure function of this PSD is infinite, so there is no generalised Harvey-Shack prediction; "
         "give the PSD a lowest frequency");
   exact_ = std::make_unique<const ExactTransfer>(
       pupil.moments_, [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,
@@ -292,15 +288,6 @@ double GeneralisedHarveyShack::scatter_mean() const {
 
 double GeneralisedHarveyShack::tis() const { return 1 - core_; }
 
-double GeneralisedHarveyShack::angle_spread(double theta) const {
-  if (is_band())
-    return mean_of_lines([&](const GeneralisedHarveyShack& line) { return line.angle_spread(theta); });
-  const double scale = 2 * pi * cutoff() / wavelength_, v = scale * std::abs(std::sin(theta));
-  const RadialTransform scattered(exact_->panels(0, true));
-  const double integral = v > 0 ? scattered.disc(v).derivative / v : scattered.first_moment();
-  return scale * scale / (2 * pi) * integral;
-}
-
 double GeneralisedHarveyShack::surface_transfer(double x) const { return exact_->mean_surface_transfer(x); }
 
 Eigen::ArrayXd GeneralisedHarveyShack::overlap_transfer(const Eigen::ArrayXd& x) const {
@@ -320,60 +307,24 @@ double GeneralisedHarveyShack::unresolved() const {
   return most;
 }
 
-double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
-  return std::visit(
-      Overloaded{[&](const EncircledEnergyRadius& s) { return encircled_energy_radius(s.fraction, s.dz); },
-                 [&](const RingFwhm& s) {
-                   return ring_fwhm(s.ring_radius ? *s.ring_radius
-                                                  : encircled_energy_radius(s.ring_fraction, 0.0));
-                 },
-                 [&](const RingThrough& s) { return encircled_energy(s.ring_radius, s.dz); },
-                 [&](const ScatterRms&) { return scatter_rms(); },
-                 [&](const ScatterMean&) { return scatter_mean(); },
-                 [&](const SpotFwhm& s) { return spot_fwhm(s.bandwidth); },
-                 [&](const RmsRadius&) -> double {
-                   throw ComputationError(
-                       "the RMS radius of a diffracted spot does not exist: its second moment diverges; ask "
-                       "for encircled "
-                       "energy radii, or take theory geometric");
-                 },
-                 [&](const RmsHeight&) { return rms_height_on(aperture_, whole_); },
-                 [&](const EnsquaredThrough& s) { return at_plane(s.dz).ensquared_energy(s.side); },
-                 [&](const auto& property) { return LightProperties({property}, pupil_)(*this)[0]; }},
-      statistic);
-}
-
 Eigen::VectorXd GeneralisedHarveyShack::predict(const std::vector<Statistic>& statistics, int threads,
                                                 Eigen::VectorXd* curve_slope) const {
   std::map<double, std::vector<std::size_t>> planes;
   std::vector<std::vector<std::size_t>> tasks;
-  for (std::size_t i = 0; i < statistics.size(); ++i) {
-    if (const auto* radius = std::get_if<EncircledEnergyRadius>(&statistics[i]))
-      planes[std::isnan(radius->dz) ? kInfinity : radius->dz].push_back(i);
-    else if (const auto* through = std::get_if<RingThrough>(&statistics[i]))
-      planes[std::isnan(through->dz) ? kInfinity : through->dz].push_back(i);
+  for (std::size_t i = 0; i < statistics.size(); ++i)
+    if (const auto dz = plane_of_light(statistics[i]))
+      planes[std::isnan(*dz) ? kInfinity : *dz].push_back(i);  // a map cannot hold NaN; both throw
     else
       tasks.push_back({i});
-  }
-  const std::size_t single = tasks.size();  // a map cannot hold NaN, so it went with infinity: both throw
-  for (const auto& [dz, members] : planes) tasks.push_back(members);
+  for (auto& [dz, members] : planes) tasks.push_back(std::move(members));
   Eigen::VectorXd result(Eigen::Index(statistics.size()));
   if (curve_slope) curve_slope->setConstant(result.size(), kNaN);
   parallel_for(tasks.size(), threads, [&](std::size_t t) {
-    if (t < single) {
-      result[Eigen::Index(tasks[t][0])] = (*this)(statistics[tasks[t][0]]);
-      return;
-    }
-    std::optional<MeanSpot> spot;
     for (const std::size_t i : tasks[t]) {
+      const double value = result[Eigen::Index(i)] = (*this)(statistics[i]);
       const auto* radius = std::get_if<EncircledEnergyRadius>(&statistics[i]);
-      const auto* through = std::get_if<RingThrough>(&statistics[i]);
-      if (!spot) spot = at_plane(radius ? radius->dz : through->dz);
-      result[Eigen::Index(i)] = radius ? spot->encircled_energy_radius(radius->fraction)
-                                       : spot->encircled_energy(through->ring_radius);
       if (curve_slope && radius)
-        (*curve_slope)[Eigen::Index(i)] =
-            result[Eigen::Index(i)] * spot->encircled_energy_slope(result[Eigen::Index(i)]);
+        (*curve_slope)[Eigen::Index(i)] = value * at_plane(radius->dz).encircled_energy_slope(value);
     }
   });
   return result;

@@ -10,7 +10,6 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/core/overloaded.h"
 #include "aberfit/core/root.h"
 #include "aberfit/trace/ray_bundle.h"
 
@@ -41,9 +40,10 @@ GeometricHarveyShack::GeometricHarveyShack(const Mirror& mirror, const Aperture&
       const SurfacePoint<double> surface = base_surface(of_revolution, node.rho, 0.0);
       const double p2 = surface.slope_x * surface.slope_x;
       if (!(p2 < 1.0))
-        throw ComputationError(fmt::format(
-            "the mirror sends no light from {:.4g} m off its axis to the focus: its slope there is {:.3g}",
-            node.rho, surface.slope_x));
+        throw ComputationError(
+            fmt::format("from {:.4g} m off its axis the mirror sends no light to the focus, because its "
+                        "slope there is {:.3g}",
+                        node.rho, surface.slope_x));
       const Ray<double> ray = reflect(mirror.focal_length, node.rho, 0.0, surface);
       const double path = mirror.focal_length - surface.height, cosine = (1.0 - p2) / (1.0 + p2);
       Zone zone{};
@@ -260,25 +260,6 @@ double GeometricHarveyShack::spot_fwhm(double bandwidth) const {
   while (scan[std::size_t(last)] <= 0.5 * most) --last;
   const double low = last * step, high = (last + 1) * step;
   return 2.0 * root_between(excess, low, high, excess(low), excess(high));
-}
-
-double GeometricHarveyShack::operator()(const Statistic& statistic) const {
-  return std::visit(
-      Overloaded{
-          [&](const EncircledEnergyRadius& s) { return encircled_energy_radius(s.fraction, s.dz); },
-          [&](const RingFwhm& s) {
-            return ring_fwhm(s.ring_radius ? *s.ring_radius : encircled_energy_radius(s.ring_fraction, 0.0));
-          },
-          [&](const RingThrough& s) { return encircled_energy(s.ring_radius, s.dz); },
-          [&](const ScatterRms&) { return scatter_rms(); },
-          [&](const ScatterMean&) { return scatter_mean(); },
-          [&](const SpotFwhm& s) { return spot_fwhm(s.bandwidth); },
-          [&](const RmsRadius& s) { return rms_radius(s.dz); }, [&](const RmsHeight&) { return rms_height_; },
-          [&](const auto&) -> double {
-            throw ComputationError(statistic_name(statistic) +
-                                   " is one of light: geometric rays have none; take theory ghs");
-          }},
-      statistic);
 }
 
 }  // namespace aberfit

@@ -68,7 +68,7 @@ int AdjointGrid::cells_for(const SpreadProblem& problem, double dz) {
   }
   // A frequency that shifts the spot by more than its width does not interfere with it.
   const double cycles = 2 * steepest / kTwoPi * 2 * rim + kCyclesOfEdge;
-  // Powers of two and three times them, which transform fast.
+  // Powers of two, and three times such powers, transform fast.
   int cells = kFewestCells;
   while (cells < 2 * cycles && cells < kMostCells) cells = cells % 3 == 0 ? cells / 3 * 4 : cells / 2 * 3;
   return cells;

@@ -176,7 +176,7 @@ double MeanSpot::seen_through_air(const MeanSpot& other, double r0) const {
     for (const TransferPanel& panel : spot->transform_->panels())
       edges.insert(edges.end(), {panel.a, panel.b});
   std::sort(edges.begin(), edges.end());
-  // Panels as long as r0 or shorter, halved towards 0, where (x/r0)^(5/3) is no polynomial.
+  // Panels are at most as long as r0, and are halved towards 0, where (x/r0)^(5/3) is no polynomial.
   constexpr double kSmallest = 1e-4, kGone = 8;
   double sum = 0;
   const auto add = [&](double a, double b) {

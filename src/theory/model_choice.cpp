@@ -73,23 +73,20 @@ ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Apert
   } catch (const ComputationError& e) {
     choice.errors = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, kNaN, kNaN};
     choice.ray_error = kNaN;
-    choice.reason = fmt::format(
-        "Wave optics has no prediction here, and rays nothing to be compared with: {}.", e.what());
+    choice.reason = fmt::format("Wave optics has no prediction here to compare rays with: {}.", e.what());
     return choice;
   }
   choice.ray_error = error_of_rays(*theories, mirror, aperture, choice.errors.ghs.ee90, allowed);
   if (choice.ray_error <= allowed) {
     choice.model = FocusModel::kRays;
     choice.reason = fmt::format(
-        "Geometric rays meet wave optics within {:.2g} % in light, which is at most the {:.2g} % allowed: "
-        "rays "
-        "will do.",
+        "Geometric rays agree with wave optics within {:.2g} %, which is at most the allowed {:.2g} %, so "
+        "rays suffice.",
         100 * choice.ray_error, 100 * allowed);
   } else {
     choice.reason = fmt::format(
-        "Geometric rays are {} off wave optics in light (ee50 {:+.1f} %, ee90 {:+.1f} %), more than the "
-        "{:.2g} "
-        "% allowed: wave optics is needed.",
+        "Geometric rays differ from wave optics by {} (ee50 {:+.1f} %, ee90 {:+.1f} %), more than the "
+        "allowed {:.2g} %, so wave optics is needed.",
         std::isfinite(choice.ray_error) ? fmt::format("{:.2g} %", 100 * choice.ray_error) : "infinitely",
         100 * choice.errors.ray_ee50, 100 * choice.errors.ray_ee90, 100 * allowed);
   }

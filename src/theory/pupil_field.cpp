@@ -28,10 +28,10 @@ PupilField::PupilField(const Mirror& mirror, const Aperture& aperture, double wa
     : aperture_(aperture), focal_length_(mirror.focal_length), wavelength_(wavelength) {
   const double rim = aperture_radius(aperture);
   if (!(rim > 0 && rim < 2 * focal_length_ && aperture_area(aperture) > 0))
-    throw ComputationError(fmt::format(
-        "no light comes back to the focus: the aperture's radius is {} m, and must be above zero and below "
-        "twice the focal length of {} m, where the mirror is 45 degrees steep",
-        rim, focal_length_));
+    throw ComputationError(
+        fmt::format("no light returns to the focus: the aperture's radius is {} m, but must be above zero "
+                    "and below twice the focal length of {} m, where the mirror's slope is 45 degrees",
+                    rim, focal_length_));
   if (!(rim < sag_domain_radius(mirror)))
     throw ComputationError(fmt::format("the mirror has no sag {} m off its axis", rim));
   is_parabola_ = !departure && is_parabola(mirror);

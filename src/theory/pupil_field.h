@@ -33,15 +33,15 @@ class PupilField {
   /// Phase of the departure at x, y in P [rad].
   double departure_phase(double x, double y) const { return departure_at(x, y); }
 
-  /// For a round field and n pairs of points in the plane f + dz: the product of their amplitudes, and the
-  /// phase at the first point less that at the second [rad]. The phase is 4 pi h/(lambda (1 + t^2)) + (2
-  /// pi/lambda) dz (1 - c)/(1 + dz/f). scratch: room for n.
+  /// Computes, for n pairs of points of a round field in the plane f + dz, the product of their amplitudes
+  /// and the phase at the first point less that at the second [rad]. The phase is 4 pi h/(lambda (1 + t^2)) +
+  /// (2 pi/lambda) dz (1 - c)/(1 + dz/f). scratch: room for n.
   void pairs(double dz, const double* x1, const double* y1, const double* x2, const double* y2, int n,
              double* amplitude, double* difference, double* scratch) const;
-  /// For a round field: amplitude and phase [rad] at distances from the axis [m] in that plane.
+  /// Computes amplitude and phase [rad] of a round field at distances from the axis [m] in that plane.
   void along_radius(double dz, const Eigen::ArrayXd& p, Eigen::ArrayXd* amplitude,
                     Eigen::ArrayXd* phase) const;
-  /// For a round field: the largest slope of its phase [rad/m].
+  /// Largest slope of the phase of a round field [rad/m].
   double steepest(double dz) const;
 
  private:

@@ -11,7 +11,7 @@
 #include "aberfit/scene/segments.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/waves/lag_table.h"
-#include "moment_basis.h"
+#include "moment_panels.h"
 #include "pupil_field.h"
 
 namespace aberfit::internal {
@@ -109,8 +109,9 @@ class FocalGrid {
   /// J0(2 pi distance x), one column per x. Keeps the last result.
   std::shared_ptr<const Eigen::MatrixXd> bessel(const Eigen::ArrayXd& x,
                                                 const Eigen::ArrayXd& distance) const;
-  /// For each product p, sum_k p[k] Re F_(last - k) F_k* over the samples of each ring: products x rings. F_i
-  /// is the transform of the field times the i-th power of the point's square, i up to `powers_of_square`.
+  /// Sums of each product p, sum_k p[k] Re F_(last - k) F_k*, over the samples of each ring: products x
+  /// rings. F_i is the transform of the field times the i-th power of the point's square, i up to
+  /// `powers_of_square`.
   Eigen::ArrayXXd ring_sums(const LitCells& cells, int powers_of_square,
                             const std::vector<std::vector<double>>& products) const;
 
@@ -150,9 +151,10 @@ struct PupilLight {
   int degree = 0;
   double outer = 0;          ///< [m]
   double edge = 0, end = 0;  ///< a taper falls from 1 to 0 between these distances [cycles/m]
-  Eigen::MatrixXd mean;      ///< of a^i b^j over the aperture
+  Eigen::MatrixXd mean;      ///< mean of a^i b^j over the aperture
   Eigen::ArrayXd within;     ///< sum of each product over the tapered irradiance
-  /// At ascending shears x [m]: rows of the products' sums with J0(2 pi distance x), tapered; total energy 1.
+  /// Sums of the products with J0(2 pi distance x), tapered, for a total energy of 1. Each row belongs to one
+  /// of the ascending shears x [m].
   std::function<Eigen::ArrayXXd(const Eigen::ArrayXd& x)> sums;
 
   /// Irradiance of any field, averaged over direction. The grids must outlive the result. `of_segments` is
@@ -175,7 +177,7 @@ struct PupilLight {
 class LightMoments {
  public:
   LightMoments(PupilLight light, const MomentBasis& basis);
-  /// At ascending shears x [m]: rows of moments at the nodes of the basis, i major.
+  /// Moments at the nodes of the basis, i major. Each row belongs to one of the ascending shears x [m].
   Eigen::ArrayXXd operator()(const Eigen::ArrayXd& x) const;
   /// Moments of the whole aperture, from means of a^i b^j.
   static Eigen::ArrayXd whole(const Eigen::MatrixXd& mean, const MomentBasis& basis);

@@ -75,21 +75,20 @@ struct PairOfAngles {
 
 [[noreturn]] void refuse(double waves, double most, double dz) {
   throw ComputationError(fmt::format(
-      "across the aperture the phase of the light rises at its steepest by {:.0f} waves in {}, too many for "
-      "the "
-      "mean spot in light (at most {:.0f}); {}take a mirror nearer to its parabola, or `\"theory\": "
-      "\"geometric\"` in `target`",
+      "the phase across the aperture changes by up to {:.0f} waves in {}, too many for the mean spot by wave "
+      "optics (at most {:.0f}); {}take a mirror nearer to its parabola, or `\"theory\": \"geometric\"` in "
+      "`target`",
       waves,
       dz == 0 ? "the focus"
               : fmt::format("the plane {} from the focus", format_quantity(dz, Dimension::kLength)),
-      most, dz == 0 ? "" : "ask for planes nearer to the focus, "));
+      most, dz == 0 ? "" : "request planes nearer to the focus, "));
 }
 
 [[noreturn]] void refuse_slender(const Aperture& aperture) {
-  throw ComputationError(fmt::format(
-      "the aperture has {:.0f} times the edge that a circle of its size and area would have, too slender for "
-      "the mean spot in light; check the aperture, its smaller side",
-      slenderness(aperture) / 4));
+  throw ComputationError(
+      fmt::format("the edge of the aperture is {:.0f} times as long as that of a circle of its size and "
+                  "area, which is too slender for the mean spot by wave optics; check its smaller side",
+                  slenderness(aperture) / 4));
 }
 
 }  // namespace

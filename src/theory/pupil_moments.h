@@ -3,7 +3,6 @@
 #include <memory>
 #include <vector>
 
-#include "moment_basis.h"
 #include "moment_panels.h"
 #include "pupil_field.h"
 

@@ -103,7 +103,7 @@ void PupilOverlap::set_pairs(const Points& points, double x, Pairs* pairs) const
                pairs->amplitude.data(), pairs->wave.data(), pairs->scratch.data());
 }
 
-// Estimated from a few points, three at each u.
+// We estimate the turn from a few points, three at each u.
 PupilOverlap::Turn PupilOverlap::turn_of(const std::vector<Arc>& arcs, double x) const {
   const Arc& rim = arcs.front();
   thread_local Points probes;

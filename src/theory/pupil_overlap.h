@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "moment_basis.h"
+#include "moment_panels.h"
 #include "pupil_field.h"
 
 namespace aberfit::internal {

@@ -20,7 +20,7 @@ constexpr double kFilonCosine = 8;  // the same for cosines
 
 bool is_direct(const TransferPanel& panel, double v) { return v * (panel.b - panel.a) <= kDirect; }
 
-// For panels on which the argument of J1 changes much.
+// This method is for panels on which the argument of J1 changes much.
 void add_disc(const TransferPanel& panel, double v, RadialTransform::Disc* sum) {
   const PanelArray s = panel.nodes();
   if (is_direct(panel, v)) {

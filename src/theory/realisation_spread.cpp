@@ -140,7 +140,8 @@ RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& di
     if (!(std::isfinite(disc.dz) && problem.mirror.focal_length + disc.dz > 0))
       throw ComputationError(fmt::format("there is no plane {} m from the focus", disc.dz));
   if (!(problem.psd.f_min() * problem.wavelength < 1))
-    throw ComputationError("no frequency of this roughness scatters light: all are above 1/wavelength");
+    throw ComputationError(
+        "this roughness scatters no light, because all its frequencies are above 1/wavelength");
   return scattering_band(problem.psd, problem.wavelength).psd;
 }
 
@@ -312,7 +313,7 @@ Eigen::MatrixXd RealisationSpread::covariance(const SpreadProblem& problem,
                                               const std::vector<FocalDisc>& discs) {
   for (const FocalDisc& disc : discs)
     if (disc.dz != discs.front().dz)
-      throw std::invalid_argument("covariance of light: discs of more than one plane");
+      throw std::invalid_argument("covariance of energies: the discs lie in more than one plane");
   if (discs.empty()) return {};
   return Tables(problem, discs, 1, true).pairs;
 }
@@ -329,8 +330,8 @@ double RealisationSpread::rms_slope(double cut) const {
 
 SmallestCut smallest_cut(const RealisationSpread& spread, const Eigen::ArrayXd& limits) {
   if (limits.size() != spread.light(spread.highest()).size())
-    throw std::invalid_argument("smallest cut: not one limit per disc");
-  if (!(limits > 0).all()) throw std::invalid_argument("smallest cut: a limit is not above zero");
+    throw std::invalid_argument("smallest cut: one limit per disc is needed");
+  if (!(limits > 0).all()) throw std::invalid_argument("smallest cut: every limit must be above zero");
   const std::vector<double>& edges = spread.edges();
   std::size_t below = edges.size() - 1;  // the highest edge that breaks a limit
   while (below > 0 && judged(spread, limits, edges[below - 1]).share_of_limit <= 1) --below;

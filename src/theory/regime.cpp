@@ -54,18 +54,16 @@ double perfect_ee90(const ApertureOtf& otf) {
 std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
 
 std::string explain(const SceneNumbers& n, double ray_ee90) {
-  if (n.rms_height == 0) return "The surface is perfectly smooth: there is no scatter to model by rays.";
+  if (n.rms_height == 0) return "The surface is perfectly smooth, so there is no scatter to model by rays.";
   if (!std::isfinite(n.rms_height) && !std::isfinite(n.kappa))
     return "The height variance of this PSD is infinite (its integral diverges at low frequency), and so is "
-           "its "
-           "structure function: g, the autocorrelation and kappa do not exist, and nothing says that rays "
-           "are "
-           "right; give it a lowest frequency.";
+           "its structure function. Then g, the autocorrelation and kappa do not exist, and rays cannot be "
+           "justified. Give the PSD a lowest frequency.";
   if (!std::isfinite(n.rms_height) && n.kappa < kKappaOfRays)
     return fmt::format(
         "The height variance of this PSD is infinite (its integral diverges at low frequency), so g does not "
-        "exist; by its structure function kappa = {:.3g} is below {}, so wave optics is needed and rays "
-        "mislead.",
+        "exist. From its structure function kappa = {:.3g} is below {}, so wave optics is needed and rays "
+        "are wrong.",
         n.kappa, kKappaOfRays);
   if (!std::isfinite(n.rms_slope_per_axis))
     return fmt::format(
@@ -76,20 +74,17 @@ std::string explain(const SceneNumbers& n, double ray_ee90) {
   if (n.kappa < kKappaOfRays)
     return fmt::format(
         "kappa = {:.3g} is below {} (g = {:.3g}): the surface is too smooth or its spectrum too wide for "
-        "slopes to "
-        "decide where light goes, so wave optics is needed and rays mislead.",
+        "slopes to determine the focus, so wave optics is needed and rays are wrong.",
         n.kappa, kKappaOfRays, n.g);
   if (ray_ee90 < kAiryRadiiForRays * n.airy_ee90)
     return fmt::format(
         "kappa = {:.3g} is at least {}, but the ray ee90 of {} is only {:.3g} times the Airy ee90 of {} "
-        "(below {}): "
-        "the diffraction that rays leave out shows, so wave optics is needed.",
+        "(below {}). Diffraction, which rays leave out, is visible, so wave optics is needed.",
         n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90),
         kAiryRadiiForRays);
   return fmt::format(
       "kappa = {:.3g} is at least {} and the ray ee90 of {} is {:.3g} times the Airy ee90 of {} (at least "
-      "{}): geometric "
-      "rays are the right model.",
+      "{}), so geometric rays are the right model.",
       n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90),
       kAiryRadiiForRays);
 }

@@ -11,7 +11,7 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr int kEvenSteps = 16, kMostSteps = 200;  // of the first scan; reaches 1e6 first steps
+constexpr int kEvenSteps = 16, kMostSteps = 200;  // steps of the first scan; reaches 1e6 first steps
 constexpr double kNearlyMost = 0.9, kCloser = 0.125;
 constexpr int kMostRoundsCloser = 12, kMostPeaks = 12;
 

@@ -115,7 +115,7 @@ ScatterFunction::ScatterFunction(const RadialPsd& rest, double wavelength)
   assert(wavelength > 0);
   if (!std::isfinite(structure_function(rest, Eigen::ArrayXd::Constant(1, wavelength))[0]))
     throw ComputationError(
-        "the structure function of this PSD is infinite, so there is no scatter function: give the PSD a "
+        "the structure function of this PSD is infinite, so there is no scatter function; give the PSD a "
         "lowest frequency");
   const ScatteringBand band = scattering_band(rest, wavelength);
   psd_ = band.psd;
@@ -151,8 +151,6 @@ double ScatterFunction::bsdf(double theta) const {
   if (!higher_) return 0;
   return renorm_ / (wavelength_ * wavelength_) * bracket(std::abs(std::sin(theta)) / wavelength_);
 }
-
-double ScatterFunction::asf(double theta) const { return std::max(0.0, std::cos(theta)) * bsdf(theta); }
 
 double ScatterFunction::within(double theta) const {
   if (!higher_) return 0;

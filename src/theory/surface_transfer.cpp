@@ -15,8 +15,8 @@ namespace {
 constexpr double kResolved = 1e-12;
 constexpr double kVanished = 1e-16;
 constexpr std::size_t kMaxPanels = 3000;
-// Panels of an oscillating E start at most this many cycles of f_max wide: 24 nodes carry 4 cycles to 1e-12
-// and never 8. kShownEdge is the least amplitude of the oscillation that counts.
+// Panels of an oscillating E start at most this many cycles of f_max wide: 24 nodes resolve 4 cycles to
+// 1e-12, but never 8. kShownEdge is the least amplitude of the oscillation that counts.
 constexpr double kCyclesOfPanel = 8, kShownEdge = 1e-9;
 constexpr double kNarrowest = 1e-12;  // in units of the cutoff
 

@@ -42,7 +42,7 @@ RadialTransform scatter_of(const ScatteringBand& band, double wavelength) {
 TheoryError theory_error(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength) {
   if (!std::isfinite(structure_function(psd, Eigen::ArrayXd::Constant(1, wavelength))[0]))
-    throw ComputationError("the structure function of this PSD is infinite: give the PSD a lowest frequency");
+    throw ComputationError("the structure function of this PSD is infinite; give the PSD a lowest frequency");
   const ScatteringBand band = scattering_band(psd, wavelength);
   TheoryError error;
   error.cut_share = band.cut_share;
@@ -66,20 +66,19 @@ TheoryError theory_error(const RadialPsd& psd, const Mirror& mirror, const Apert
   error.mostly_grazing = wavelength < kShortestAtNormalIncidence;
   if (!error.applies)
     error.clause = fmt::format(
-        "the roughness scatters {:.3g} % of the light beyond 10 degrees (at most {:.3g} %), where scalar "
-        "Harvey-Shack theory does not apply",
+        "the roughness scatters {:.3g} % of the energy beyond 10 degrees (at most {:.3g} % is possible), "
+        "where scalar Harvey-Shack theory does not apply",
         100 * error.beyond_ten_degrees, 100 * kTooMuchBeyondTenDegrees);
   else if (error.wide_angles)
     error.clause = fmt::format(
-        "the roughness scatters {:.2g} % of the light beyond 10 degrees, where scalar theory leaves out "
-        "obliquity and polarisation: encircled energies may be off by {:.1g} % of the light; a lower f_max "
-        "or a longer wavelength scatters less of it there",
+        "the roughness scatters {:.2g} % of the energy beyond 10 degrees, where scalar theory neglects "
+        "obliquity and polarisation. Encircled energies may be wrong by {:.1g} % of the energy; a lower "
+        "f_max or a longer wavelength reduces this",
         100 * error.beyond_ten_degrees, 100 * kObliquity * error.beyond_ten_degrees);
   if (error.mostly_grazing)
     error.of_grazing =
-        "mirrors for wavelengths below 30 nm are mostly used at grazing incidence, and this is theory at "
-        "normal "
-        "incidence";
+        "mirrors for wavelengths below 30 nm are mostly used at grazing incidence, but this theory is for "
+        "normal incidence";
   return error;
 }
 

@@ -13,10 +13,6 @@ constexpr double kSameRadius = 1e-13;  // relative; end of the search for a radi
 constexpr int kMostSteps = 60;
 constexpr double kStep = 1e-4;  // relative step to either side for the slope of the energy
 
-bool exists_in_band(const Statistic& statistic) {
-  return !std::holds_alternative<RingFwhm>(statistic) && !std::holds_alternative<SpotFwhm>(statistic);
-}
-
 // One problem for each wavelength, with its irradiance weight.
 class Lines {
  public:
@@ -77,7 +73,7 @@ class Lines {
 
  private:
   const std::vector<double>& weights(const Statistic& statistic) const {
-    return std::holds_alternative<StrehlRatio>(statistic) ? irradiance_ : shares_;
+    return kind_of(statistic).measure == Measure::kIrradiance ? irradiance_ : shares_;
   }
 
   const Eigen::ArrayXd& height_;
@@ -147,7 +143,7 @@ bool evaluate_band(const DiffractionProblem& problem, const Eigen::ArrayXd& heig
     if (const auto* circle = std::get_if<EncircledEnergyRadius>(&statistics[j])) {
       circles.push_back(*circle);
       place_of_circle.push_back(j);
-    } else if (exists_in_band(statistics[j])) {
+    } else if (kind_of(statistics[j]).measure != Measure::kHalfWidth) {
       sums.push_back(statistics[j]);
       place_of_sum.push_back(j);
     }

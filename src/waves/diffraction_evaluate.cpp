@@ -12,7 +12,7 @@
 #include "aberfit/focus/circles_of_square.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "diffraction_band.h"
-#include "diffraction_line_spread.h"
+#include "diffraction_otf.h"
 #include "diffraction_peak_place.h"
 #include "diffraction_plane.h"
 #include "diffraction_ring.h"
@@ -101,14 +101,6 @@ class DiffractionEvaluator {
     }
     return half_x * *x + half_y * *y;
   }
-  double operator()(const RmsHeight&) const {
-    const Eigen::ArrayXd& weight = scene_.problem().pupil.sample.weight;
-    const Eigen::ArrayXd centred = height_ - (weight * height_).sum() / weight.sum();
-    const double rms = std::sqrt((weight * centred.square()).sum() / weight.sum());
-    if (!(rms > 0)) return std::nan("");
-    if (d_height_) *d_height_ = weight * centred / (rms * weight.sum());
-    return rms;
-  }
   // A tilt moves the highest point onto the axis, where the sum over lags gives a value and a gradient. The
   // gradient may ignore the shift of that point, because the irradiance is stationary there.
   double operator()(const StrehlRatio&) const {
@@ -148,9 +140,8 @@ class DiffractionEvaluator {
     if (d_height_) *d_height_ = plane_->sum_gradient(weights).over_heights();
     return sum;
   }
-  double operator()(const ScatterRms&) const { return std::nan(""); }
-  double operator()(const ScatterMean&) const { return std::nan(""); }
-  double operator()(const RmsRadius&) const { return std::nan(""); }
+  double operator()(const MomentKind auto&) const { return std::nan(""); }
+  double operator()(const RayKind auto&) const { return std::nan(""); }
 
  private:
   const Eigen::ArrayXd& per_height() const { return scene_.per_height(); }
@@ -195,7 +186,7 @@ std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
 
 std::shared_ptr<const MeanScatter> MeanScatter::of_line(std::size_t) const {
   throw ComputationError(
-      "what this surface scatters is known at one wavelength; ask for light of one wavelength");
+      "the scatter of this surface is known at one wavelength only; request light of one wavelength");
 }
 
 bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
@@ -269,8 +260,8 @@ DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eige
                   : "the pupil grid is too coarse for the plane " + format_quantity(dz, Dimension::kLength) +
                         " out of focus: the phase there turns") +
              " by more than pi between " + format_quantity(steps.aliased_share, Dimension::kFraction) +
-             " of neighbouring cells, so light lands in the wrong place; take a finer grid or " +
-             (dz == 0 ? "a surface that is less steep" : "a plane nearer to the focus")});
+             " of neighbouring grid points, so energy lands in the wrong place; take a finer grid or " +
+             (dz == 0 ? "a less steep surface" : "a plane nearer to the focus")});
   if (problem.pupil.missing > 0.01)
     check.warnings.push_back(
         {"psf-holes", format_quantity(problem.pupil.missing, Dimension::kFraction) +

@@ -124,7 +124,7 @@ Grid scattered(const DiffractionScene& scene, const Eigen::ArrayXcd& field, doub
 
 void require_square_cells(const DiffractionPupil& pupil) {
   if (std::abs(pupil.pitch_x - pupil.pitch_y) > 1e-9 * pupil.pitch_x)
-    throw ComputationError("an image of the PSF needs a pupil grid with square cells");
+    throw ComputationError("an image of the PSF needs a pupil grid with square pixels");
 }
 
 void require_plane(const DiffractionScene& scene, double dz) {
@@ -188,7 +188,7 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
   const double matrix_samples = 2 * std::floor(window.half_width / wanted) + 1;
   if (whole ? !transform_fits : !(matrix_samples <= kMostSamples))
     throw ComputationError(
-        fmt::format("an image of the PSF with a pitch of {} m has {:.0f} samples a side, more than {:.0f}: "
+        fmt::format("an image of the PSF with a pitch of {} m has {:.0f} samples per side, more than {:.0f}; "
                     "take a coarser pitch or a narrower window",
                     wanted, whole ? transform_samples : matrix_samples, kMostSamples));
   PsfImage image;

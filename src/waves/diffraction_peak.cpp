@@ -28,7 +28,7 @@ constexpr double kMayBeHighest = 0.197;
 // Number of starting points in a speckle pattern; the highest parabolas through the samples come first.
 constexpr std::size_t kMostStarts = 8;
 constexpr int kMostSteps = 40;
-constexpr double kStill = 1e-12;      // of a sample; end of Newton's steps
+constexpr double kStill = 1e-12;      // fraction of a sample at which Newton's steps end
 constexpr double kOnAxis = 1e-9;      // of a sample
 constexpr double kSameLight = 1e-13;  // relative; rounding of the sums
 
@@ -79,7 +79,7 @@ Hill hill_of_field(const PhasedSum& f) {
   return hill;
 }
 
-// The sum over the lags itself, with derivatives.
+// The real sum over the lags, with derivatives.
 Hill hill_of_lags(const PhasedSum& f) {
   Hill hill;
   hill.value = f.value.real();

@@ -20,7 +20,7 @@ const CartesianGrid& grid_of(const DiffractionPupil& pupil) {
   if (const auto* directions = std::get_if<DirectionGrid>(&pupil.sample.structure)) grid = &directions->cells;
   if (!grid || pupil.cover.size() == 0 || grid->column.size() != std::size_t(pupil.cover.size()) ||
       pupil.amplitude.size() != pupil.cover.size() || pupil.obliquity.size() != pupil.cover.size())
-    throw std::invalid_argument("a diffraction pupil needs the cells of a Cartesian grid");
+    throw std::invalid_argument("a diffraction pupil needs the points of a Cartesian grid");
   return *grid;
 }
 
@@ -81,17 +81,17 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
     : problem_(problem), grid_(grid_of(problem.pupil)) {
   const DiffractionPupil& pupil = problem.pupil;
   if (height.size() != pupil.cover.size())
-    throw std::invalid_argument("a diffraction pupil needs one height per cell");
+    throw std::invalid_argument("a diffraction pupil needs one height per grid point");
   if (!height.allFinite()) throw std::invalid_argument("the heights of a diffraction pupil must be finite");
   if (problem.scatter && problem.nominal &&
       (problem.nominal->size() != pupil.cover.size() || !problem.nominal->allFinite()))
-    throw std::invalid_argument("a diffraction pupil needs one finite nominal height per cell");
+    throw std::invalid_argument("a diffraction pupil needs one finite nominal height per grid point");
   if (!(problem.focal_length > 0) || !(problem.wavelength > 0) || !(pupil.pitch_x > 0) ||
       !(pupil.pitch_y > 0))
     throw std::invalid_argument("focal length, wavelength and pitch must be above zero");
   const auto* directions = std::get_if<DirectionGrid>(&pupil.sample.structure);
   if (directions && !(std::abs(directions->focal_length / problem.focal_length - 1) <= kSameFocalLength))
-    throw std::invalid_argument("a diffraction pupil belongs to the focal length it was made for");
+    throw std::invalid_argument("a diffraction pupil is valid only for the focal length it was made for");
   // 1 - cos theta = p^2/(1 + cos theta) = 2 t^2/(1 + t^2), and 1/(1 + t^2) is the obliquity.
   const double f = problem.focal_length;
   if (directions)
@@ -106,7 +106,7 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
     places_[k] = std::uint32_t(layout.at(grid_.row[k], grid_.column[k]));
   const double cx = 0.5 * (grid_.x[0] + grid_.x[grid_.x.size() - 1]);
   const double cy = 0.5 * (grid_.y[0] + grid_.y[grid_.y.size() - 1]);
-  double dx = 0, dy = 0;  // of the cell farthest from the centre
+  double dx = 0, dy = 0;  // offset of the cell farthest from the centre
   for (std::size_t k = 0; k < grid_.column.size(); ++k) {
     const double x = grid_.x[grid_.column[k]] - cx, y = grid_.y[grid_.row[k]] - cy;
     if (x * x + y * y > dx * dx + dy * dy) {

@@ -175,7 +175,7 @@ struct DiffractionGrid {
   /// request; several threads may call it. scratch: an unfocused field, which is overwritten.
   const Eigen::ArrayXd& mean_at(const DiffractionScene& scene, double dz, PupilTransform::Buffers* buffers,
                                 FocusedField* scratch) const;
-  /// Whether the mean spot beyond the field of view differs between the plane dz and the focus.
+  /// Returns whether the mean spot beyond the field of view differs between the plane dz and the focus.
   bool has_own_mean(const DiffractionScene& scene, double dz) const;
 
  private:

@@ -77,7 +77,7 @@ class PupilBuilder {
   const CartesianGrid& grid() const { return grid_; }
   /// Adds points on the mirror if the grid is one of direction cosines (finite focal length).
   DiffractionPupil finish(double focal_length, std::array<double, 2> shift) {
-    if (clear_.empty()) throw ComputationError("no cell of the pupil grid lets light through");
+    if (clear_.empty()) throw ComputationError("no pixel of the pupil grid lets light through");
     const Eigen::Index n = Eigen::Index(clear_.size());
     pupil_.cover.resize(n);
     if (segments_.empty()) pupil_.amplitude = corrected(0, clear_.size());
@@ -125,7 +125,7 @@ class PupilBuilder {
                           : std::array<std::ptrdiff_t, 2>{*low, *high - *low + 1};
     };
     const auto columns = range(grid_.column), rows = range(grid_.row);
-    const std::ptrdiff_t width = columns[1] + 4;  // with two opaque cells on each side
+    const std::ptrdiff_t width = columns[1] + 4;  // includes two opaque cells on each side
     std::vector<char> lit(std::size_t(width * (rows[1] + 4)), 0);
     std::vector<double> weight(lit.size(), 0.0);
     std::vector<std::ptrdiff_t> cell(end - begin);
@@ -173,7 +173,7 @@ Eigen::ArrayXd cell_centres(double low, double high, double pitch, double shift)
       std::max(1.0, std::ceil((high - low) / pitch * (1 - 1e-12) - 1e-9)) + (shift == 0 ? 0 : 1);
   if (!(cells <= kMostCells))
     throw ComputationError("a pupil pitch of " + format_quantity(pitch, Dimension::kLength) +
-                           " gives more than " + std::to_string(kMostCells) + " cells a side");
+                           " gives more than " + std::to_string(kMostCells) + " grid points per side");
   const double first = 0.5 * (low + high) + (shift - 0.5 * (cells - 1)) * pitch;
   return first + pitch * Eigen::ArrayXd::LinSpaced(Eigen::Index(cells), 0.0, cells - 1);
 }
@@ -190,13 +190,13 @@ DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length
                                    std::array<double, 2> shift) {
   if (!(pitch > 0)) throw ComputationError("a pupil grid needs a pitch above zero");
   if (!(std::abs(shift[0]) <= 0.5 && std::abs(shift[1]) <= 0.5))
-    throw ComputationError("a pupil grid is shifted by up to half a cell");
+    throw ComputationError("a pupil grid may be shifted by at most half a pixel");
   if (!(focal_length > 0)) throw ComputationError("a pupil grid needs a focal length above zero");
   if (!(aperture_radius(aperture) < kDeepest * focal_length))
     throw ComputationError(
         "a mirror of radius " + format_quantity(aperture_radius(aperture), Dimension::kLength) +
         " and focal length " + format_quantity(focal_length, Dimension::kLength) +
-        " is too deep for a pupil of direction cosines: the radius must stay below " + "1.9 focal lengths");
+        " is too deep for a pupil of direction cosines; the radius must stay below " + "1.9 focal lengths");
   const Aperture shape = in_directions(aperture, focal_length, kChord * pitch);
   const ApertureBox box = bounding_box(shape);
   PupilBuilder builder(cell_centres(box.x0, box.x1, pitch, shift[0]),
@@ -213,7 +213,7 @@ DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length
 
 DiffractionPupil diffraction_pupil(const HeightMap& map, const Aperture& aperture, Eigen::ArrayXd* height) {
   if (!(map.pitch_x > 0) || !(map.pitch_y > 0))
-    throw ComputationError("a map needs a pitch before light can be sent through it");
+    throw ComputationError("a map needs a pitch before its PSF can be computed");
   const auto axis = [](Eigen::Index n, double first, double pitch) -> Eigen::ArrayXd {
     return first + pitch * Eigen::ArrayXd::LinSpaced(n, 0.0, double(n - 1));
   };
@@ -258,10 +258,10 @@ DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_
   result.samples += result.samples % 2;
   result.pitch = 2 * aperture_r / result.samples;
   result.reason =
-      std::to_string(result.samples) + " cells across the aperture: " +
-      (for_reach > least_samples ? "light as far as " + format_quantity(reach, Dimension::kLength) +
+      std::to_string(result.samples) + " grid points across the aperture: " +
+      (for_reach > least_samples ? "energy as far as " + format_quantity(reach, Dimension::kLength) +
                                        " from the focus stays inside half of the field of view"
-                                 : std::string("the aperture's edge needs no fewer"));
+                                 : std::string("the aperture's edge needs at least that many"));
   return result;
 }
 

@@ -112,7 +112,8 @@ std::optional<RingCrossings> follow_ring(const Energy& energy, const Slope& slop
 template <typename Energy, typename Slope>
 std::optional<RingCrossings> search_ring(const Energy& energy, const Slope& slope, double step) {
   constexpr int kMostPlanes = 60;  // on either side
-  // In steps. The width has a quadratic error in the position of the peak, but its gradient has a linear one.
+  // Tolerances in steps. The error of the width is quadratic in that of the peak's position; the error of its
+  // gradient is linear.
   constexpr double kCrossingTolerance = 1e-12, kPeakTolerance = 1e-10;
   std::vector<RingSample> up{{0.0, energy(0.0)}}, down;
   double highest = up[0].energy;

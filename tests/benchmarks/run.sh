@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Builds and runs the benchmarks and prints one table: every row with its error and its time.
+# Builds and runs the benchmarks and prints one table; every row has its error and its time.
 #   bash tests/benchmarks/run.sh                    all of them, 5 repetitions: about five minutes
 #   bash tests/benchmarks/run.sh focus fit          some of them
-#   bash tests/benchmarks/run.sh --smoke            every row once, smaller cases: checks errors alone
-#   bash tests/benchmarks/run.sh --markdown         the compact table, to paste
-#   bash tests/benchmarks/run.sh --page             writes README.md beside this script anew
+#   bash tests/benchmarks/run.sh --smoke            every row once, smaller cases: checks only the errors
+#   bash tests/benchmarks/run.sh --markdown         prints a compact table in Markdown
+#   bash tests/benchmarks/run.sh --page             rewrites README.md beside this script
 #   bash tests/benchmarks/run.sh --repetitions 9    default 5; medians and quartiles are over these
 # The results stay in build/release/tests/benchmarks/results/*.json; `print_table.py FILES` prints them again.
 set -euo pipefail
@@ -45,7 +45,7 @@ files=()
 for subject in "${subjects[@]}"; do
   echo "running $subject" >&2
   rm -f "$results/$subject.json"
-  # A repetition of a short case lasts 0.1 s, that of a long one a single call.
+  # A repetition of a short case lasts 0.1 s; a repetition of a long case is a single call.
   "$programs/${subject}_benchmark" ${options[@]+"${options[@]}"} --benchmark_min_time=0.1 \
     --benchmark_repetitions="$repetitions" \
     --benchmark_out="$results/$subject.json" --benchmark_out_format=json \

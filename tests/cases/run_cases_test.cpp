@@ -169,8 +169,8 @@ TEST(LocalQueue, HandsOutEveryCaseOnce) {
 
 TEST(Progress, SaysRateAndTimeLeft) {
   EXPECT_EQ(progress_text(0, 2000, 0, 1), "0 of 2,000 cases");
-  EXPECT_EQ(progress_text(1200, 2000, 3, 10), "1,200 of 2,000 cases, 120 a second, 7 s left, 3 failed");
-  EXPECT_EQ(progress_text(10, 100, 0, 100), "10 of 100 cases, 10 s a case, 15 min left");
+  EXPECT_EQ(progress_text(1200, 2000, 3, 10), "1,200 of 2,000 cases, 120 per second, 7 s left, 3 failed");
+  EXPECT_EQ(progress_text(10, 100, 0, 100), "10 of 100 cases, 10 s per case, 15 min left");
 }
 
 // A value failed once and is allowed now: the result has priority, in either order.

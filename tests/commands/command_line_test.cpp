@@ -172,7 +172,7 @@ TEST(ExplainedKey, SaysMeaningTypeUnitsRangeDefaultAndExample) {
   const ScratchFolder folder;
   const std::string focal = printed(folder, "schema mirror/focal_length");
   for (const char* word :
-       {"paraxial focal length [m]", "nm, um, mm", "above 0", "\"focal_length\": \"2.8 m\"", "has to be"})
+       {"paraxial focal length [m]", "nm, um, mm", "above 0", "\"focal_length\": \"2.8 m\"", "required"})
     EXPECT_NE(focal.find(word), std::string::npos) << word << "\n" << focal;
   const std::string margin = printed(folder, "schema equivalence/margin");
   EXPECT_TRUE(std::regex_search(margin, std::regex("default +0\\.01\n"))) << margin;
@@ -214,7 +214,7 @@ TEST(ExplainedKey, ThatIsSeveralIsListedAndThatIsUnknownHasNearOnes) {
   for (const char* path : {"equivalence/margin", "aperture/margin"})
     EXPECT_NE(several.find(path), std::string::npos) << several;
   const std::string unknown = printed(folder, "schema roughnes/psd", 2);
-  EXPECT_NE(unknown.find("near ones: roughness/psd"), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("similar ones: roughness/psd"), std::string::npos) << unknown;
   EXPECT_NE(printed(folder, "schema focal_lenght", 2).find("mirror/focal_length"), std::string::npos);
   EXPECT_NE(printed(folder, "schema annulus").find("* inner_diameter"), std::string::npos);
   EXPECT_NE(printed(folder, "schema xyzzyxyzzy", 2).find("schema study"), std::string::npos);

@@ -78,7 +78,7 @@ TEST(InvalidValues, MakeOfAPaddedMapTheOneWithHoles) {
     EXPECT_GT(read["measurements"][0]["clear"]["said_invalid"], 1000);
     EXPECT_FALSE(warning(read, "padding"));
     const std::string text = printed(folder);
-    EXPECT_NE(text.find("with a value of `invalid` made holes"), std::string::npos) << text;
+    EXPECT_NE(text.find("with a value of `invalid` became holes"), std::string::npos) << text;
   }
 }
 
@@ -95,8 +95,7 @@ TEST(InvalidValues, ThatAreNotSaidAreToldWithTheirEffect) {
   EXPECT_NE(sentence.find(fmt::format("{},{:03} of 4,096 points", outside / 1000, outside % 1000)),
             std::string::npos)
       << sentence;
-  EXPECT_NE(sentence.find("all of them outside the convex region of the others, in 1 block"),
-            std::string::npos)
+  EXPECT_NE(sentence.find("all of them outside the convex hull of the others, in 1 block"), std::string::npos)
       << sentence;
   EXPECT_NE(sentence.find(fmt::format("RMS slope is {:.4g} urad instead of {:.4g} urad", 1e6 * slope(truth),
                                       1e6 * slope(told))),

@@ -204,7 +204,7 @@ TEST(MeasuredPart, IsJudgedAndTheExitCodeSaysSo) {
   EXPECT_EQ(same["equivalence"]["light"]["decides"], true);
   EXPECT_EQ(same["scene"]["model"], "waves");
   EXPECT_GE(same["equivalence"]["perfect_mirror"]["mismatch_tolerances"].get<double>(), 1);
-  EXPECT_TRUE(read_file(part.folder.file("same/summary.txt")).starts_with("EQUIVALENT in light"));
+  EXPECT_TRUE(read_file(part.folder.file("same/summary.txt")).starts_with("EQUIVALENT by wave optics"));
   EXPECT_GT(std::filesystem::file_size(part.folder.file("same/scatter.csv")), 1000u);
 
   ASSERT_EQ(run_program(part.folder, "fit twice.json --json -o twice"), 1);
@@ -213,7 +213,9 @@ TEST(MeasuredPart, IsJudgedAndTheExitCodeSaysSo) {
   const std::string summary = read_file(part.folder.file("twice/summary.txt"));
   EXPECT_TRUE(summary.starts_with("DIFFERENT from the mean, ")) << summary;
   // Twice the height is no mirror of this specification: beyond what those differ by.
-  EXPECT_NE(summary.substr(0, summary.find("Worst: ")).find("spread of"), std::string::npos) << summary;
+  EXPECT_NE(summary.substr(0, summary.find("Worst: ")).find("standard deviations among mirrors"),
+            std::string::npos)
+      << summary;
   double most = 0;
   for (const auto& metric : twice["equivalence"]["metrics"]) {
     if (!metric.contains("spread")) continue;
@@ -252,7 +254,7 @@ TEST(MeasuredPart, HasNoRestWhereItsSpecificationEndsBelowTheTerms) {
   EXPECT_EQ(result.band.shares->rest_rms, 0);
   EXPECT_FALSE(result.band.scatter.has_value());
   EXPECT_FALSE(result.judgement.metrics.empty());
-  EXPECT_NE(result.band.shares->reason.find("there is no rest"), std::string::npos)
+  EXPECT_NE(result.band.shares->reason.find("nothing is left to scatter"), std::string::npos)
       << result.band.shares->reason;
   EXPECT_FALSE(to_json(result, {})["split"].contains("use"));
 }

@@ -237,7 +237,7 @@ TEST(PsdCommand, ChoosesTheImageOfAFitsFileAndSaysSo) {
   const ordered_json chosen = psd("one.fits");
   EXPECT_EQ(chosen["warnings"][0]["code"], "image-chosen");
   const std::string message = chosen["warnings"][0]["message"];
-  EXPECT_NE(message.find("1 'OPD' (48 x 48, nm) hdu 1 is read"), std::string::npos) << message;
+  EXPECT_NE(message.find("1 'OPD' (48 x 48, nm), hdu 1 is read"), std::string::npos) << message;
   EXPECT_NE(message.find("--hdu"), std::string::npos) << message;
   // Named, it is no surprise.
   const ordered_json named = psd("one.fits --hdu opd");
@@ -256,8 +256,7 @@ TEST(PsdCommand, ChoosesTheImageOfAFitsFileAndSaysSo) {
   folder.write("open.fits", fits_image(true, "", 100) + fits_image(false, "", 100));
   EXPECT_EQ(run_program(folder, "psd open.fits"), 2);
   const std::string open = read_file(folder.file("stderr.txt"));
-  EXPECT_NE(open.find("which of its images is meant (images 0 (48 x 48, no unit)"), std::string::npos)
-      << open;
+  EXPECT_NE(open.find("which of its images to read (images 0 (48 x 48, no unit)"), std::string::npos) << open;
   EXPECT_NE(open.find("--hdu NAME|N, --of surface|wavefront, --value-unit"), std::string::npos) << open;
   const auto study_file = [](const std::string& hdu) {
     return R"({"psd": {"model": "measured", "file": "two.fits", "of": "surface", "find_lines": false, "hdu": )" +

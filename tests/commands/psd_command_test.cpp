@@ -244,7 +244,8 @@ TEST(PsdCommand, TellsBothConventionsOfARmsSlopeWhereTheyDiffer) {
         continue;
       }
       const bool other = std::abs(number(e["rms_slope_as_slopes"]) / number(e["rms_slope"]) - 1) > 0.01;
-      EXPECT_EQ(unwrapped(ran.text).find("with the slopes themselves detrended") != std::string::npos, other);
+      EXPECT_EQ(unwrapped(ran.text).find("when the slopes themselves are detrended") != std::string::npos,
+                other);
       differ += other;
     }
   EXPECT_GT(differ, 0);

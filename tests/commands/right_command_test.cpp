@@ -61,9 +61,11 @@ TEST(RightCommand, CoefficientsAndTablesSayWhereTheyBelong) {
               std::string::npos);
     EXPECT_NE(message_of(files.table, command).find("\"model\": \"table\", \"file\": \"psd.csv\""),
               std::string::npos);
-    EXPECT_NE(message_of(files.result, command).find("its block \"study\""), std::string::npos);
-    EXPECT_NE(message_of(files.psd_result, command).find("its block \"roughness\""), std::string::npos);
-    EXPECT_NE(message_of(files.block, command).find("a study that has it as \"roughness\""),
+    EXPECT_NE(message_of(files.result, command).find("the block \"study\" of this result"),
+              std::string::npos);
+    EXPECT_NE(message_of(files.psd_result, command).find("the block \"roughness\" of this result"),
+              std::string::npos);
+    EXPECT_NE(message_of(files.block, command).find("a study that contains it as \"roughness\""),
               std::string::npos);
     EXPECT_NE(message_of(files.empty, command).find("found an empty file"), std::string::npos);
   }

@@ -166,7 +166,7 @@ TEST_F(SolveCommand, SaysWhoUsesTheBudgetOfAPath) {
   EXPECT_EQ(run("solve resolved.json --json --quiet -o again"), 0) << err();
   EXPECT_EQ(ordered_json::parse(out())["uses"], printed["uses"]);
   const std::string summary = read_file(folder_.file("result/summary.txt"));
-  EXPECT_NE(summary.find("who uses it"), std::string::npos) << summary;
+  EXPECT_NE(summary.find("use by each contributor"), std::string::npos) << summary;
   std::istringstream lines(summary);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   EXPECT_EQ(run("solve path.json --set /solve/with/surfaces/0/psd/rms=-1"), 2);

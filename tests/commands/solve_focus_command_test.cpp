@@ -196,13 +196,13 @@ TEST_F(SolveFocusCommand, SaysWhatIsWrongWithTheData) {
   };
   for (const Case& wrong : {
            Case{"radius,share\n1,0.5\n2,0.6\n", R"({"file": "ee.csv"})", "no unit"},
-           Case{"radius_um,share\n1,0.5\n1,0.6\n", R"({"file": "ee.csv"})", "radii that grow"},
+           Case{"radius_um,share\n1,0.5\n1,0.6\n", R"({"file": "ee.csv"})", "increasing radii"},
            Case{"radius_um,share\n0,0.1\n1,0.6\n", R"({"file": "ee.csv"})", "radii above zero"},
            Case{"radius_um,share\n1,50\n2,60\n", R"({"file": "ee.csv"})", "in %"},
            Case{"radius_um,height\n1,0.5\n2,0.6\n", R"({"file": "ee.csv"})", "height"},
            Case{"radius_um,share\n1,0.5\n2,0.6\n", R"({"file": "ee.csv"})", "more data than unknowns"},
            Case{"1 2 3 4\n2 3 4 5\n3 4 9 8\n2 3 4 4\n", R"({"file": "ee.csv"})", "pixel"},
-           Case{"radius_um,share\n1,0.5\n2,0.6\n", R"({"file": "other.csv"})", "no readable file"},
+           Case{"radius_um,share\n1,0.5\n2,0.6\n", R"({"file": "other.csv"})", "not a readable file"},
            Case{"radius_um,share\n1,0.5\n2,0.6\n", R"({"file": "ee.csv", "pixel": "2 kg"})",
                 "/solve/focus/pixel"},
        }) {
@@ -213,7 +213,7 @@ TEST_F(SolveFocusCommand, SaysWhatIsWrongWithTheData) {
   }
   folder_.write("study.json", focus_study(R"({"file": "ee.csv"}, "so_that": {"strehl": ">= 0.8"})"));
   EXPECT_EQ(run("solve study.json --quiet -o result"), 2);
-  EXPECT_NE(err().find("one of both"), std::string::npos) << err();
+  EXPECT_NE(err().find("either `so_that`"), std::string::npos) << err();
 }
 
 }  // namespace

@@ -127,7 +127,7 @@ TEST(Starters, NameTheMeasurementThatTheyAreGiven) {
   const std::string study = folder.file("part \"A\".jsonc");
   const Study read = read_study(study);
   EXPECT_EQ(std::get<MeasuredPsd>(read.roughness->model).source.file, "data/part \"A\".csv");
-  EXPECT_NE(run_new(folder, "profile none.csv", 2).find("no readable file"), std::string::npos);
+  EXPECT_NE(run_new(folder, "profile none.csv", 2).find("a file that cannot be read"), std::string::npos);
   EXPECT_NE(run_new(folder, "budget 'data/part \"A\".csv'", 2).find(".jsonc"), std::string::npos);
   EXPECT_NE(run_new(folder, "profile mine.json", 2).find(".jsonc"), std::string::npos);
 }

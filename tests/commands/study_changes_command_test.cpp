@@ -69,7 +69,9 @@ TEST_F(StudyChangesCommand, ADashIsStandardInput) {
   EXPECT_NE(err().find("results in out/study/verify"), std::string::npos) << err();
   EXPECT_TRUE(std::filesystem::exists(folder_.file("out/study/verify/result.json")));
   EXPECT_EQ(run("psd - < study.json"), 2);
-  EXPECT_NE(err().find("standard input: /roughness/psd: found no measurement"), std::string::npos) << err();
+  EXPECT_NE(err().find("standard input: /roughness/psd: found a roughness without a measurement"),
+            std::string::npos)
+      << err();
   EXPECT_EQ(run("trace - < /dev/null"), 2);
   EXPECT_NE(err().find("standard input: found an empty file"), std::string::npos) << err();
 }

@@ -38,8 +38,8 @@ TEST(TableWarnings, SayWhichSharesOfHeightAndSlopeABandCutLeavesOut) {
   const double slope = 1 - (200.0 - 20.0) / (1000.0 - 10.0);
   EXPECT_EQ(
       warning_of(R"({"model": "table", "file": "law.csv", "f_min": "20 /m", "f_max": "200 /m"})", "band-cut"),
-      fmt::format("the band 20 to 200 /m kept of \"law.csv\" leaves out {:.1f} % of the table's height "
-                  "variance and {:.1f} % of its slope variance; rays follow slopes",
+      fmt::format("the band 20 to 200 /m of \"law.csv\" leaves out {:.1f} % of the table's height variance "
+                  "and {:.1f} % of its slope variance; slopes determine the focus by rays",
                   100 * height, 100 * slope));
   EXPECT_NEAR(height, 0.545, 1e-3);
   EXPECT_NEAR(slope, 0.818, 1e-3);

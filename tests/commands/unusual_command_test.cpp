@@ -49,16 +49,17 @@ TEST_F(UnusualNumbersOfAStudy, AreExitCodeTwoWithTheKeyWhereNothingCanBeComputed
   const struct {
     const char *change, *pointer, *value, *meant;
   } kCases[] = {
-      {"/aperture/diameter=250", "/aperture/diameter", "250 m; a unit?", "a diameter of 250 mm"},
-      {"/mirror/focal_length=1.5 mm", "/mirror/focal_length", "1.5 mm; a unit?", "a focal length of 1.5 m"},
+      {"/aperture/diameter=250", "/aperture/diameter", "250 m; a wrong unit?", "a diameter of 250 mm"},
+      {"/mirror/focal_length=1.5 mm", "/mirror/focal_length", "1.5 mm; a wrong unit?",
+       "a focal length of 1.5 m"},
       {R"(/aperture={"shape": "annulus", "diameter": 240, "inner_diameter": 60})", "/aperture/diameter",
-       "240 m; a unit?", "a diameter of 240 mm"},
-      {R"(/mirror/zernike={"noll": {"11": "50 mm"}})", "/mirror/zernike/noll/11", "50 mm; a unit?",
+       "240 m; a wrong unit?", "a diameter of 240 mm"},
+      {R"(/mirror/zernike={"noll": {"11": "50 mm"}})", "/mirror/zernike/noll/11", "50 mm; a wrong unit?",
        "a height of 50 um"},
       {R"(/roughness/psd={"model": "uniform", "rms": "8 nm", "f_min": "4 /um", "f_max": "200 /um"})",
-       "/roughness/psd/f_max", "200 /um; a unit?", "a highest frequency of 200 /mm"},
+       "/roughness/psd/f_max", "200 /um; a wrong unit?", "a highest frequency of 200 /mm"},
       {R"(/target/statistics={"ee80": {"planes": ["-1.6 m"]}})", "/target/statistics/ee80/planes/0",
-       "-1.6 m; a unit?", "a plane at -1.6 mm"}};
+       "-1.6 m; a wrong unit?", "a plane at -1.6 mm"}};
   for (const auto& one : kCases) {
     EXPECT_EQ(run("check s.json --set '" + std::string(one.change) + "'"), 2) << one.change;
     EXPECT_NE(err().find(std::string(one.pointer) + ": found " + one.value), std::string::npos) << err();

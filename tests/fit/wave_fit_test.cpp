@@ -272,7 +272,8 @@ TEST(Calibrate, SaysWhyWavesCannotMeetATarget) {
   };
   const FitResult below = fit(EncircledEnergyRadius{0.8, 0}, 0.5 * unit);
   EXPECT_EQ(below.status, FitStatus::kDegenerate);
-  EXPECT_NE(below.message.find("diffraction allows no less"), std::string::npos) << below.message;
+  EXPECT_NE(below.message.find("diffraction of the aperture allows no less"), std::string::npos)
+      << below.message;
   const FitResult beyond = fit(EncircledEnergyRadius{0.8, 0}, 20 * unit);
   EXPECT_EQ(beyond.status, FitStatus::kDegenerate);
   EXPECT_NE(beyond.message.find("field of view"), std::string::npos) << beyond.message;

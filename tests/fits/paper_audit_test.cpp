@@ -212,9 +212,9 @@ TEST_F(PaperAudit, BranchesAreEquivalentByRaysAndInLight) {
   EXPECT_EQ(report_->light_verdict, Verdict::kEquivalent);
   EXPECT_GT(report_->draws, 100);
   const auto result = to_json(*report_, resolved_study(*study_));
-  EXPECT_EQ(result["headline"], "EQUIVALENT in geometric rays; in light EQUIVALENT");
+  EXPECT_EQ(result["headline"], "EQUIVALENT by geometric rays; by wave optics EQUIVALENT");
   EXPECT_EQ(result["decided_by"], "rays");
-  EXPECT_EQ(text_of(page_of(*report_)).find("EQUIVALENT in geometric rays; in light EQUIVALENT\n"), 0u);
+  EXPECT_EQ(text_of(page_of(*report_)).find("EQUIVALENT by geometric rays; by wave optics EQUIVALENT\n"), 0u);
   auto written = nlohmann::ordered_json::parse(read_file(folder_->file("out/result.json")));
   written["provenance"] = result["provenance"];
   EXPECT_EQ(written, result);

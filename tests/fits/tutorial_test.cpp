@@ -126,7 +126,7 @@ class PageRuns : public ::testing::Test {
 }  // namespace
 
 TEST_F(PageRuns, TheFirstPageShowsWhatItsStudyPrints) { run("README.md", 1); }
-TEST_F(PageRuns, TheTutorialShowsWhatItsCommandsPrint) { run("examples/README.md", 6); }
+TEST_F(PageRuns, TheTutorialShowsWhatItsCommandsPrint) { run("examples/README.md", 5); }
 
 TEST(PageBlocks, WordsAndNumbersAreComparedPieceByPiece) {
   EXPECT_EQ(missing_piece("a 1.00 ... c", "x a 1.01 b c"), "");

@@ -56,11 +56,11 @@ TEST(StatisticKind, IsFoundByItsKeyAndByItsStatistic) {
   EXPECT_EQ(&kind_of_key("ee_within"), &kind_of(RingThrough{}));
   for (const char* none : {"", "ee", "eel", "pssn", "ring_profile"})
     EXPECT_THROW(kind_of_key(none), std::invalid_argument) << none;
-  EXPECT_FALSE(kind_of(RmsRadius{}).in_waves);
-  EXPECT_FALSE(kind_of(StrehlRatio{}).in_rays || kind_of(ModulationTransfer{}).in_rays);
+  EXPECT_FALSE(kind_of(RmsRadius{}).in_waves());
+  EXPECT_FALSE(kind_of(StrehlRatio{}).in_rays() || kind_of(ModulationTransfer{}).in_rays());
   EXPECT_TRUE(is_share(StrehlRatio{}) && is_share(ModulationTransfer{}) && is_share(RingThrough{}));
   EXPECT_FALSE(is_share(RingThrough{1e-6, 0, true}) || is_share(EncircledEnergyRadius{}));
-  EXPECT_TRUE(kind_of(RmsHeight{}).is_moment && kind_of(ScatterRms{}).is_moment);
+  EXPECT_TRUE(kind_of(RmsHeight{}).is_moment() && kind_of(ScatterRms{}).is_moment());
 }
 
 TEST(StatisticKind, DimensionAndNameAgree) {

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Fuzzes what reads texts and files that others wrote: builds the program with clang and runs targets for some seconds each.
-#   bash tests/fuzz/run.sh [--seconds N] [--release FOLDER] [TARGET...]      e.g. bash tests/fuzz/run.sh --seconds 300 study units
-# Without targets all. A crash, a report of a sanitizer, a leak, an exception that is no message
-# for a user, more than 10 s or more than 2 GB for one input is a failure; its input is kept in build/fuzz/found/TARGET. New
-# inputs that reach further are kept in build/fuzz/corpus/TARGET for the next run.
+# Fuzzes the readers of texts and files. Builds the program with clang and runs each target for N seconds.
+#   bash tests/fuzz/run.sh [--seconds N] [--release FOLDER] [TARGET...]
+#   e.g. bash tests/fuzz/run.sh --seconds 300 study units
+# Without TARGET it runs all. One input fails by a crash, a sanitizer's report, a leak, an exception that is
+# no message for a user, more than 10 s or more than 2 GB. Such inputs are kept in build/fuzz/found/TARGET.
+# Inputs that reach new code are kept in build/fuzz/corpus/TARGET for the next run.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 seconds=60

@@ -300,7 +300,7 @@ TEST(Dabam, EveryFaultIsToldWithItsPlace) {
       {R"({"FILE_FORMAT": 3, "X1_FACTOR": 1, "Y1_FACTOR": 1})", "0 1 2\n1 2 3\n",
        "found 3 columns; allowed: pairs"},
       {R"({"FILE_FORMAT": 1, "X1_FACTOR": 1, "Y1_FACTOR": 1, "COLUMN_INDEX_ORDINATES": 4})", "0 1\n1 2\n",
-       "found 2 columns; allowed: 5 or more"},
+       "found 2 columns; allowed: at least 5 columns"},
       {R"({"FILE_FORMAT": 1, "X1_FACTOR": 1e10, "Y1_FACTOR": 1})", "0 1\n1e305 2\n", "a.dat: line 2"},
   };
   for (const Case& c : cases) {

@@ -163,7 +163,7 @@ TEST(ReadMeasurement, NamesFormatsThatAreKnownAndNotRead) {
         {"a.xls", "\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + binary, "an old Excel", "CSV"},
         {"a.mat", "MATLAB 5.0 MAT-file" + binary, "a MATLAB file", "numpy.save"},
         {"a.bmp", "BM" + binary, "a BMP picture", "not as grey levels"},
-        {"a.bin", "BM" + binary, "no format that is known here", "zygo"}}) {
+        {"a.bin", "BM" + binary, "a file of unknown format", "zygo"}}) {
     aberfit::MeasuredSource source;
     source.path = scratch.write(c.name, c.bytes);
     const std::string message = aberfit::test::input_error([&] { aberfit::read_measurement(source); });

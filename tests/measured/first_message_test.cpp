@@ -54,7 +54,7 @@ TEST(FirstMessage, NamesTheLineThatIsNoRowOfNumbers) {
        {"0 1\n1 2\nTotal 7\n", "line 3: found 'Total'"},
        {"Instrument: LTP\nDate: today\nx_mm,height_nm\n0,1\n1,2\n", "line 2: found 'Date: today'"},
        {"0 1\n1 2 3\n", "line 2: found 3 columns"},
-       {"1.5\n2.5\n3.5\n", "line 1: found 1 column; allowed: 2 or more"},
+       {"1.5\n2.5\n3.5\n", "line 1: found 1 column; allowed: at least 2 columns"},
        {"height_nm\n1\n2\n", "line 2: found 1 column"},
        {"", "found an empty file"},
        {" \n\n\t\n", "found an empty file"},

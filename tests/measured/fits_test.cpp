@@ -380,7 +380,7 @@ TEST(Fits, OtherwiseAsksWhichImageAndTakesTheOneThatIsNamed) {
   EXPECT_TRUE(contains(refusal([&] {
                          read_bytes(twice, [](MeasuredSource* s) { s->wavefront = false, s->hdu = "A"; });
                        }).found(),
-                       "2 images of the name 'A'"));
+                       "2 images named 'A'"));
   // All missing options are listed together.
   const ScratchFolder folder;
   MeasuredSource source;
@@ -565,7 +565,7 @@ TEST(Fits, ReadsWhatGzipPacked) {
     EXPECT_EQ(read_mask(source.path)(1, 2), 6);
   }
   const auto refused = [](const std::string& content) { return refusal([&] { read_bytes(content); }); };
-  EXPECT_TRUE(contains(refused(test::gzip_of("x,y\n1,2\n")).found(), "no FITS file inside"));
+  EXPECT_TRUE(contains(refused(test::gzip_of("x,y\n1,2\n")).found(), "content is not a FITS file"));
   std::string spoilt = test::gzip_of(six(16));
   spoilt[spoilt.size() - 20] ^= 1;
   EXPECT_TRUE(contains(refused(spoilt).found(), "CRC"));

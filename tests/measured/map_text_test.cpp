@@ -102,7 +102,8 @@ TEST(MapText, HeightsInWavesByTheOption) {
   source.wavefront = true;
   source.value_in_waves = true;
   const std::string text = "1,2\n3,4\n";
-  EXPECT_NE(input_error([&] { read_text(scratch, text, source); }).find("no wavelength"), std::string::npos);
+  EXPECT_NE(input_error([&] { read_text(scratch, text, source); }).find("without a wavelength"),
+            std::string::npos);
   source.wavelength = 500e-9;
   EXPECT_DOUBLE_EQ(read_text(scratch, text, source).height(0, 1), 4 * 500e-9 / 2);
   EXPECT_DOUBLE_EQ(read_text(scratch, "# unit: waves\n" + text, source).height(0, 1), 4 * 500e-9 / 2);
@@ -260,14 +261,15 @@ TEST(MapText, EveryFaultIsToldWithItsPlaceOrOption) {
       {"# pitch = -1 mm\n# of: surface\n# unit: nm\n1 2\n3 4\n",
        "line 1: found '-1 mm'; allowed: a length above"},
       {"# pitch = 1 mm\n# of: surface\n# unit: furlong\n1 2\n3 4\n", "unit 'furlong'; allowed: pm, nm"},
-      {"# layout: spiral\n" + kKeys + "1 2\n3 4\n", "line 1: found 'spiral'; allowed: matrix, or columns"},
+      {"# layout: spiral\n" + kKeys + "1 2\n3 4\n",
+       "line 1: found 'spiral'; allowed: 'matrix', or 'columns'"},
       {p + grid + "2,1,7\n", "line 9: found the point (2, 1) twice"},
-      {p + grid + "1.3,1,7\n", "regular grid; the others have the step"},
+      {p + grid + "1.3,1,7\n", "regular grid (the others have the step"},
       {p + grid + "1.00001,1,7\n", "at least 1 %"},
       {p + "0,0,1\n3,0,2\n6,0,3\n0,1,4\n3,1,5\n6,1,6\n4.9,1,7\n", "regular grid"},
       {p + "0,0,1\n1e-3,1,2\n1,1e-3,3\n", "found 3 points for a grid of 1001 x 1001"},
       {p + "0,0,1\n1e-300,1,2\n1e300,1e-3,3\n", "grid"},
-      {p + "0,0,1\n0,1,2\n0,2,3\n", "column x: found one position only"},
+      {p + "0,0,1\n0,1,2\n0,2,3\n", "column x: found only one position"},
       {p + "-1.7e308,0,1\n1.7e308,1,2\n0,2,3\n", "column x: found an infinite range"},
       {p + "0,nan,1\n0,1,2\n1,2,3\n", "line 3: found a row without position"},
       {"# of: surface\nx,y,height_nm\n" + grid,

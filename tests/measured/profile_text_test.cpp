@@ -137,19 +137,19 @@ TEST(ProfileText, EveryFaultIsToldWithItsPlaceOrOption) {
       {"x_mm,height\n0,1\n1,2\n",
        "column 2 'height': found values without unit; allowed: the option 'value_unit'"},
       {"x_mm,value\n0,1\n1,2\n",
-       "column 2 'value': found no word whether it holds heights or slopes; allowed: the "
-       "option 'quantity'"},
-      {"x_mm,height_nm,weight\n0,1,1\n1,2,1\n", "column 3 'weight': found no word"},
+       "column 2 'value': found no statement whether it holds heights or slopes; allowed: the option "
+       "'quantity'"},
+      {"x_mm,height_nm,weight\n0,1,1\n1,2,1\n", "column 3 'weight': found no statement"},
       {"x_mm,slope (nm)\n0,1\n1,2\n", "column 2 'slope': found unit 'nm'; allowed: rad, mrad"},
       {"x_mm,height (parsec)\n0,1\n1,2\n", "column 2 'height': found unit 'parsec'; allowed: pm, nm"},
       {"x (urad),height_nm\n0,1\n1,2\n", "column 1 'x': found unit 'urad'"},
       {"x_mm,height_waves\n0,1\n1,2\n", "the option 'wavelength'"},
       {"# of: mirror\n" + h + "0,1\n1,2\n", "line 1: found 'mirror'; allowed: surface or wavefront"},
-      {"# of: surface\n# of: wavefront\n" + h + "0,1\n1,2\n", "allowed: 'of' said once, as in line 1"},
+      {"# of: surface\n# of: wavefront\n" + h + "0,1\n1,2\n", "allowed: 'of' only once, as in line 1"},
       {"# wavelength = 5\nx_mm,height_waves\n0,1\n1,2\n",
        "line 1: found '5'; allowed: a length with its unit"},
       {"# quantity: charm\nx_mm,value_nm\n0,1\n1,2\n", "line 1: found 'charm'; allowed: height or slope"},
-      {std::string("x_mm,hei\0ght\n0,1\n", 18), "line 1: found a byte that is zero"},
+      {std::string("x_mm,hei\0ght\n0,1\n", 18), "line 1: found a zero byte"},
       {std::string("\xff\xfex\0_\0m\0m\0", 10), "found no row of numbers"},  // UTF-16
       {"0 1\n1 \xc3\xa4\x01\n", "line 2: found '\xc3\xa4?'"},
   };
@@ -178,7 +178,7 @@ TEST(ProfileText, EndlessLinesAndFilesAreRefusedBeforeTheyAreStored) {
   std::filesystem::resize_file(sparse, 1000000000);
   MeasuredSource source;
   source.path = sparse;
-  EXPECT_NE(input_error([&] { read_profile_text(source); }).find("line 3: found a byte that is zero"),
+  EXPECT_NE(input_error([&] { read_profile_text(source); }).find("line 3: found a zero byte"),
             std::string::npos);
   const std::string message =
       input_error([&] { read_text(scratch, "x_mm,height_nm\n" + std::string(20000000, '1') + ",1\n"); });

@@ -185,7 +185,7 @@ TEST_F(X3p, NamesArchivesOfOtherKinds) {
                         {"LAYER_0.raw", "a Sensofar .plux", "Gwyddion"},
                         {"map.csv", "it holds [Content_Types].xml, map.csv", "unpacked"}}) {
     const InputError error = refused_bytes(zip_of({{"[Content_Types].xml", "<a/>"}, {c.member, "b"}}));
-    EXPECT_TRUE(contains(error.found(), "a zip archive that is no X3P")) << error.what();
+    EXPECT_TRUE(contains(error.found(), "a zip archive that is not an X3P")) << error.what();
     EXPECT_TRUE(contains(error.found(), c.found)) << error.what();
     EXPECT_TRUE(contains(error.allowed(), c.allowed)) << error.what();
   }

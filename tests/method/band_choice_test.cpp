@@ -191,7 +191,7 @@ TEST(BandChoice, RaysAreSplitWhereTheStudySaysAndTheirVerdictIsAboutTheWhole) {
   EXPECT_LT(result.fitted.surface.rms_slope_per_axis, 0.8 * whole);
   EXPECT_NEAR(std::hypot(result.fitted.surface.rms_slope_per_axis, result.band.shares->rest_slope) / whole, 1,
               0.03);
-  EXPECT_NE(text_of(page_of(result, true)).find("in light"), std::string::npos);
+  EXPECT_NE(text_of(page_of(result, true)).find("by wave optics"), std::string::npos);
 }
 
 TEST(BandChoice, WithoutTermsTheVerdictRestsOnDraws) {

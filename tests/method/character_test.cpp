@@ -101,7 +101,7 @@ TEST(Character, FindsTheBinWhosePsdIsThreeTimesTooHigh) {
   constexpr double kTop = 40, kFrom = 27, kTo = 33;
   const auto raised = [](double f) { return f > kFrom && f < kTo ? 3.0 : 1.0; };
   const Character found = CharacterOf("2 um", kTop)(waves(7, raised, 1, kTop));
-  EXPECT_TRUE(found.fault().starts_with("PSD ")) << found.fault();
+  EXPECT_TRUE(found.fault().starts_with("its PSD ")) << found.fault();
   for (const CharacterBin& bin : found.psd) {
     const bool of_it = bin.middle() > kFrom && bin.middle() < kTo;
     if (of_it) {

@@ -30,10 +30,10 @@ TEST(FitProgressLine, EndsWhereAGeometricFallReachesTheTolerances) {
 TEST(FitProgressLine, SaysSetIterationDistanceTimeAndEnd) {
   FitProgressLine line(1650, 2, 3);
   EXPECT_EQ(line(falling(0, std::exp(6.0))),
-            "fit: set 2 of 3 at most, 1650 terms; iteration 0, 403 tolerances off, 0.0 s");
-  EXPECT_EQ(
-      line(falling(2, std::exp(6.0))),
-      "fit: set 2 of 3 at most, 1650 terms; iteration 2, 54.6 tolerances off, 1.0 s, likely end at 3 s");
+            "fit: set 2 of at most 3, 1650 terms; iteration 0, largest mismatch 403 tolerances, 0.0 s");
+  EXPECT_EQ(line(falling(2, std::exp(6.0))),
+            "fit: set 2 of at most 3, 1650 terms; iteration 2, largest mismatch 54.6 tolerances, 1.0 s, "
+            "probably 3 s in all");
 }
 
 TEST(FitProgressLine, WithoutAPaceSaysARangeOrThatNoEndIsInSight) {
@@ -42,10 +42,10 @@ TEST(FitProgressLine, WithoutAPaceSaysARangeOrThatNoEndIsInSight) {
   FitProgress p = falling(0, 5);
   p.iteration = 1;
   p.seconds = 0.5;
-  EXPECT_NE(line(p).find("likely end at 5 to 20 s"), std::string::npos) << line(p);
+  EXPECT_NE(line(p).find("probably 5 to 20 s in all"), std::string::npos) << line(p);
   p.iteration = 20;
   p.seconds = 10;
-  EXPECT_NE(line(p).find("no end in sight"), std::string::npos) << line(p);
+  EXPECT_NE(line(p).find("end not foreseeable"), std::string::npos) << line(p);
 }
 
 TEST(FitProgressLine, CountsThePaceOfOneSolve) {
@@ -58,7 +58,7 @@ TEST(FitProgressLine, CountsThePaceOfOneSolve) {
   next.iteration = 5;
   next.seconds += 0.5;
   next.worst_mismatch = std::exp(4.0);
-  EXPECT_NE(line(next).find("likely end at 3.5 s"), std::string::npos) << line(next);
+  EXPECT_NE(line(next).find("probably 3.5 s in all"), std::string::npos) << line(next);
 }
 
 }  // namespace

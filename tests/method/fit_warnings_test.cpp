@@ -156,8 +156,8 @@ TEST(FitWarnings, SurfaceRegimeWhereTheFittedSurfaceCallsForAnotherModel) {
   const FitOutcome flat = with_height(0.02), like = with_height(1);
   const std::vector<std::string> found = messages(flat, "surface-regime");
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_TRUE(says(found, "calls for waves")) << found[0];
-  EXPECT_TRUE(says(found, "calls for rays")) << found[0];
+  EXPECT_TRUE(says(found, "needs waves")) << found[0];
+  EXPECT_TRUE(says(found, "needs rays")) << found[0];
   EXPECT_EQ(flat.fitted.surface.needed, "waves");
   EXPECT_TRUE(messages(like, "surface-regime").empty());
   EXPECT_EQ(like.fitted.surface.needed, "rays");

@@ -60,8 +60,9 @@ TEST(Judgement, ANamedTheoryDecidesAndLightsAnswerStandsBeside) {
   EXPECT_EQ(json["light"]["verdict"], "different");
   EXPECT_EQ(json["light"]["metrics"].size(), result.fitted.targets.size());
   EXPECT_EQ(json["light"]["metrics"][k]["tolerance_share"], ee90.tolerance_share);
-  const std::string table = text_of(page_of(result, false));
-  EXPECT_EQ(table.find("EQUIVALENT in geometric rays; in light DIFFERENT (ee"), 0u) << table.substr(0, 120);
+  const std::string headline = page_of(result, false).headline;
+  EXPECT_EQ(headline.find("EQUIVALENT by geometric rays: all "), 0u) << headline;
+  EXPECT_NE(headline.find("; by wave optics DIFFERENT (ee"), std::string::npos) << headline;
 }
 
 TEST(Judgement, RaysThatMeetLightAreJudgedInLight) {
@@ -78,7 +79,7 @@ TEST(Judgement, RaysThatMeetLightAreJudgedInLight) {
   EXPECT_EQ(result.judgement.verdict, result.judgement.light->verdict);
   EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);
   EXPECT_EQ(to_json(result, {})["equivalence"]["light"]["decides"], true);
-  EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT in light; "), 0u);
+  EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT by wave optics: all "), 0u);
 }
 
 // At 3,600 grid cells across, rays decide, and every interval includes their difference to wave optics.
@@ -88,7 +89,7 @@ TEST(Judgement, WhereNoGridHoldsThePhaseRaysDecideWithTheirModelError) {
   ASSERT_TRUE(result.judgement.light.has_value());
   EXPECT_TRUE(result.judgement.light->no_grid);
   EXPECT_TRUE(result.judgement.light->metrics.empty());
-  EXPECT_NE(result.judgement.light->obstacle.find("cells across"), std::string::npos)
+  EXPECT_NE(result.judgement.light->obstacle.find("grid points across"), std::string::npos)
       << result.judgement.light->obstacle;
   EXPECT_EQ(result.judgement.verdict, overall(result.judgement.metrics));
   for (const EquivalenceMetric& metric : result.judgement.metrics) {
@@ -99,7 +100,7 @@ TEST(Judgement, WhereNoGridHoldsThePhaseRaysDecideWithTheirModelError) {
   const ordered_json light = to_json(result, {})["equivalence"]["light"];
   EXPECT_TRUE(light["verdict"].is_null());
   EXPECT_EQ(light["obstacle"], result.judgement.light->obstacle);
-  EXPECT_NE(text_of(page_of(result, false)).find(" in rays (no grid holds the pupil's phase"),
+  EXPECT_NE(text_of(page_of(result, false)).find(" by rays (no grid can sample the pupil's phase"),
             std::string::npos);
 }
 
@@ -131,7 +132,7 @@ TEST(Judgement, MoreRaysAreTakenOnlyWhereTheyCouldDecide) {
   const auto judged = [](int rays, bool stop) {
     int times = 0;
     RunOptions how;
-    how.progress = [&](const std::string& line) { times += line == "fresh rays"; };
+    how.progress = [&](const std::string& line) { times += line == "judging on fresh rays"; };
     if (stop) how.interrupted = [&] { return times > 0; };
     run_fit(parse_study(text_of(kSteep, "{" + std::string(kFew), fmt::format(R"({{"rays": {}}})", rays),
                                 R"({"shape": "circle", "diameter": "0.4 m"})", kLenient),
@@ -152,7 +153,7 @@ TEST(Judgement, GivenValuesAreMetInLight) {
   const ResultDocument result = run_fit(lenient_study(kRough, target), {});
   EXPECT_EQ(result.scene.theory, "given");
   EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent) << text_of(page_of(result, false));
-  EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT in light"), 0u);
+  EXPECT_EQ(text_of(page_of(result, false)).find("EQUIVALENT by wave optics"), 0u);
 }
 
 TEST(Judgement, AMarginThatThePerfectMirrorMeetsSeesNothing) {
@@ -206,7 +207,7 @@ TEST(Conclusions, OfARunThatWasAskedToStopAreTheVerdictAlone) {
   const auto run = [](bool stop) {
     bool judging = false;
     RunOptions how;
-    how.progress = [&](const std::string& line) { judging |= line == "fresh rays"; };
+    how.progress = [&](const std::string& line) { judging |= line == "judging on fresh rays"; };
     if (stop) how.interrupted = [&] { return judging; };
     return run_fit(parse_study(text_of(kRough, R"({"theory": "geometric", "statistics": {"ee90": {}}})",
                                        R"({"rays": 8192})", R"({"shape": "circle", "diameter": "0.4 m"})",
@@ -239,7 +240,8 @@ TEST(Judgement, AStartWithoutDerivativesIsNotTriedOnFinerGrids) {
   const ResultDocument zero = fit("zero"), draw = fit("draw");
   ASSERT_EQ(zero.scene.model, "waves");
   EXPECT_EQ(zero.fitted.fit.status, FitStatus::kDegenerate);
-  EXPECT_NE(zero.fitted.fit.message.find("start from a draw"), std::string::npos) << zero.fitted.fit.message;
+  EXPECT_NE(zero.fitted.fit.message.find("start from a realisation"), std::string::npos)
+      << zero.fitted.fit.message;
   EXPECT_LE(zero.fitted.rays, draw.fitted.rays);
 }
 

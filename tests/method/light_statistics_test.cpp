@@ -111,7 +111,7 @@ TEST_WITH_SHORT_FORM(LightStatistics, DrawnMirrorsDifferAsTheCutHasIt) {
       plane.frequency.push_back(part * cutoff);
       requests.push_back({});
       requests.back().name = "mtf";
-      requests.back().frequencies = {part * cutoff};
+      requests.back().places = {part * cutoff};
     }
     requests.push_back({});
     requests.back().name = "strehl";

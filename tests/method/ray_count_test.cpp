@@ -68,11 +68,12 @@ TEST(AutomaticCells, AreEnoughWhereTheJudgingGridSaysTheSame) {
     return explain_cells(cells, 0.1, &choice);
   };
   EXPECT_TRUE(enough(0.0009, 3000));
-  EXPECT_NE(choice.reason.find("3000 cells"), std::string::npos) << choice.reason;
-  EXPECT_NE(choice.reason.find("up to 0.09 %, below 0.1 % (10 % of the margin)"), std::string::npos)
+  EXPECT_NE(choice.reason.find("3000 grid points"), std::string::npos) << choice.reason;
+  EXPECT_NE(choice.reason.find("up to 0.09 %, below the allowed 0.1 % (10 % of the margin)"),
+            std::string::npos)
       << choice.reason;
   EXPECT_FALSE(enough(0.0011, 3000));
-  EXPECT_NE(choice.reason.find("above 0.1 %"), std::string::npos) << choice.reason;
+  EXPECT_NE(choice.reason.find("above the allowed 0.1 %"), std::string::npos) << choice.reason;
   EXPECT_EQ(choice.reason.find("tolerances"), std::string::npos) << choice.reason;
   EXPECT_FALSE(enough(HUGE_VAL, 3000));
   EXPECT_EQ(choice.reason, kNoValueToCompare);

@@ -97,12 +97,12 @@ TEST(SceneWarnings, LightBeyondTenDegreesIsToldWhileItIsLittle) {
   };
   EXPECT_EQ(message(said("1 nm").warnings, "wide-angle-scatter"), "");
   const PhysicsChoice some = said("15 nm");
-  EXPECT_TRUE(has(message(some.warnings, "wide-angle-scatter"), "% of the light beyond 10 degrees"));
+  EXPECT_TRUE(has(message(some.warnings, "wide-angle-scatter"), "% of the energy beyond 10 degrees"));
   EXPECT_EQ(some.theory, Theory::kGhs);
   EXPECT_TRUE(some.light_decides);
   const PhysicsChoice most = said("100 nm");
   EXPECT_EQ(message(most.warnings, "wide-angle-scatter"), "");
-  EXPECT_TRUE(has(message(most.warnings, "theory-fallback"), "% of the light beyond 10 degrees"));
+  EXPECT_TRUE(has(message(most.warnings, "theory-fallback"), "% of the energy beyond 10 degrees"));
   EXPECT_FALSE(most.light_decides);
 }
 
@@ -144,7 +144,7 @@ TEST(SceneWarnings, TargetsOfSteepSlopesAreThoseOfRaysUnlessTheStudyNamesATheory
   const PhysicsChoice below = of(0.0146, ""), above = of(0.0149, "");
   EXPECT_EQ(below.theory, Theory::kGhs);
   ASSERT_EQ(below.model, FocusModel::kRays) << below.reason;
-  EXPECT_FALSE(has(below.reason, "drawn slopes"));
+  EXPECT_FALSE(has(below.reason, "random slopes"));
   EXPECT_EQ(above.theory, Theory::kRays);
   EXPECT_TRUE(above.light_decides) << "the verdict stays that of light";
   EXPECT_TRUE(has(above.reason, "0.1 % too small")) << above.reason;
@@ -220,7 +220,7 @@ TEST(TraceWarnings, CentralDifferencesSayWhatTheyMissOfTheSlopes) {
   };
   const double share = 0.05 * 0.05 / (kRadius * kRadius) / std::sqrt(3.0);
   const std::string coarse = said(R"(, "normals": {"central_difference": {"step": "50 mm"}})");
-  EXPECT_TRUE(has(coarse, format_percent(share) + " of their RMS")) << coarse << ", by theory " << share;
+  EXPECT_TRUE(has(coarse, format_percent(share) + " of the RMS slope")) << coarse << ", by theory " << share;
   EXPECT_EQ(said(R"(, "normals": "analytic")"), "");
 }
 

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Whether every small fault of this folder still applies to the sources. Prints those that do not.
+# Checks that every patch of this folder still applies to the sources. Prints those that do not.
 set -u
 here=$(cd "$(dirname "$0")" && pwd)
 cd "$here/../.." || exit 2

@@ -1,9 +1,9 @@
 #!/bin/bash
 # Puts small faults into a copy of the sources, one after the other, and says which test catches each.
 #   tests/mutants/run.sh [-d FOLDER] [NAME...]
-# FOLDER keeps the copy and its build between runs (default: a folder of its own under TMPDIR). NAMEs: of
-# patches in this folder, without `.patch`; default: all. A patch says its fault, and the tests that are to
-# catch it: "Caught by: PROGRAM...; FILTER". Exit code 1 where one is not caught.
+# FOLDER keeps the copy and its build between runs (default: aberfit-mutants in TMPDIR). A NAME is that of a
+# patch in this folder without `.patch`; default: all. Each patch states its fault and the tests that must
+# catch it: "Caught by: PROGRAM...; FILTER". The exit code is 1 if a fault is not caught.
 set -u
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -16,8 +16,8 @@ names=("$@")
 [ ${#names[@]} -gt 0 ] || mapfile -t names < <(cd "$here" && ls ./*.patch | sed 's|.*/||; s|[.]patch$||')
 
 mkdir -p "$folder/source"
-# The copy is what git knows of, so that nothing built is copied. Only files that differ get a new time: a
-# source that the last fault was taken out of is newer than its object, and compiled again.
+# We copy only files that git tracks, so that nothing built is copied. Only changed files get a new time. A
+# source without its last fault is then newer than its object and is compiled again.
 fresh=$(mktemp -d "$folder/fresh.XXXXXX") || exit 2
 (cd "$root" && git ls-files -z | xargs -0 tar cf -) | tar xf - -C "$fresh" || exit 2
 (cd "$fresh" && find . -type f -print0) | while IFS= read -r -d '' file; do
@@ -27,7 +27,7 @@ done || exit 2
 rm -rf "$fresh"
 launcher=()
 command -v ccache >/dev/null && launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
-# One object per source: a fault compiles one of them.
+# Each source has its own object, so that a fault needs only one to be compiled.
 cmake -S "$folder/source" -B "$folder/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DABERFIT_UNITY=OFF \
   "${launcher[@]}" >"$folder/configure.log" 2>&1 || { cat "$folder/configure.log"; exit 2; }
 

@@ -170,9 +170,10 @@ TEST(FocusArrays, TheTransferFunctionIsThatOfThePattern) {
   Scene scene;
   scene.set({2, 2}, 60e-9);
   scene.set({3, 1}, 50e-9);
-  const LightPath path{scene.mirror,       scene.pupil, scene.surface,
-                       FocusModel::kWaves, kWavelength, &scene.aperture};
-  const PsfImage whole = focus_psf(path, scene.coefficients, {});
+  const DiffractionPupil pupil = diffraction_pupil(scene.aperture, kFocalLength, 2 * kRadius / 128);
+  SurfaceField field;
+  scene.surface.apply(scene.coefficients, &field);
+  const PsfImage whole = diffraction_psf({pupil, kFocalLength, kWavelength}, field.height, {});
   const auto light = scene.light(FocusModel::kWaves);
   const TransferImage otf = *light->transfer();
   for (const auto& [down, across] :

@@ -59,9 +59,10 @@ TEST_F(ReportPage, AnswersTheFirstQuestions) {
                                       {"title", "Primary"},
                                       {"mirror", {{"focal_length", "2.8 m"}}},
                                       {"light", {{"wavelength", "632.8 nm"}}}});
-  for (const char* said : {"<h1>Primary</h1>", "focal length 2.8 m", "wavelength 632.8 nm", "What was asked",
-                           "How certain", "What it rests on", "Limits that apply here", "coefficients.csv",
-                           "OpticStudio", "prysm", "seed", "Every number of result.json"})
+  for (const char* said :
+       {"<h1>Primary</h1>", "focal length 2.8 m", "wavelength 632.8 nm", "What the study specifies",
+        "How certain", "What it rests on", "Limits that apply here", "coefficients.csv", "OpticStudio",
+        "prysm", "seed", "Every number of result.json"})
     EXPECT_NE(html.find(said), std::string::npos) << said;
   EXPECT_EQ(html.find("{{"), std::string::npos);
 }

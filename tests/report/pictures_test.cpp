@@ -631,7 +631,7 @@ TEST_F(Pictures, MissingGnuplotIsAWarningThatSaysWhatToDo) {
   EXPECT_TRUE(all.write(folder.string(), &found).empty());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].code, "no-gnuplot");
-  for (const char* word : {"not on PATH", "install gnuplot", "gnuplot NAME.gp"})
+  for (const char* word : {"not on PATH", "Install gnuplot", "gnuplot NAME.gp"})
     EXPECT_NE(found[0].message.find(word), std::string::npos) << found[0].message;
   EXPECT_FALSE(fs::exists(folder / "plots" / "surface.png"));
   for (const std::string& name : kNames) EXPECT_TRUE(fs::exists(folder / "plots" / (name + ".gp"))) << name;

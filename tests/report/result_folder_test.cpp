@@ -216,14 +216,14 @@ TEST(ResultFolder, IsRefusedWhereAnotherCommandOrPersonHasWrittenAndSaysWhat) {
   EXPECT_EQ(refusal(out, {"solve", {"result", "plots/old*", "mine*"}}), "");  // nothing in the way
   EXPECT_EQ(refusal(out, claim()), "");
   scratch.write("out/file-4", "mine");  // changed since
-  EXPECT_NE(refusal(out, claim()).find("file-4, not written by"), std::string::npos) << refusal(out, claim());
+  EXPECT_NE(refusal(out, claim()).find("file-4 (not written by"), std::string::npos) << refusal(out, claim());
   fs::remove(out + "/file-4");
   EXPECT_EQ(refusal(out, claim()), "");
   scratch.write("out/plots/file-x", "mine");
   EXPECT_NE(refusal(out, claim()).find("plots/file-x"), std::string::npos);
   fs::remove_all(out + "/plots");
   scratch.write("out/plots", "mine");  // where a folder has to be
-  EXPECT_NE(refusal(out, claim()).find("plots, not written by"), std::string::npos);
+  EXPECT_NE(refusal(out, claim()).find("plots (not written by"), std::string::npos);
   fs::remove(out + "/result.json");
   fs::create_directories(out + "/result.json");
   EXPECT_EQ(refusal(out, claim("fit", true)).find("--force"), std::string::npos);  // it does not help
@@ -247,7 +247,7 @@ TEST(ResultFolder, ReplacesByForceWhatIsInTheWayAndNothingElse) {
     EXPECT_EQ(read_file(out + "/file-4"), "2");
     EXPECT_EQ(read_file(out + "/notes.txt"), "mine");
     EXPECT_EQ(read_file(out + "/plots/own.png"), "1");
-    EXPECT_NE(told.find("file-4, not written by"), std::string::npos) << told;
+    EXPECT_NE(told.find("file-4 (not written by"), std::string::npos) << told;
     EXPECT_NE(told.find("of `aberfit fit`"), std::string::npos) << told;
     told.clear();
     run(out, 3, "", by);  // its own now

@@ -86,16 +86,16 @@ TEST(ScatterCsv, SaysWhatItIsOf) {
   const AbgFit fit = scatter.abg[0];
   EXPECT_NEAR(number_after(text, "A = ") / fit.model.a, 1, 1e-8);
   EXPECT_NEAR(number_after(text.substr(text.find("# ABg")), ", g = ") / fit.model.g, 1, 1e-8);
-  EXPECT_NEAR(number_after(text, "off by at most ") / (100 * fit.largest_error), 1, 5e-3);
+  EXPECT_NEAR(number_after(text, "where its error is at most ") / (100 * fit.largest_error), 1, 5e-3);
   EXPECT_NE(text.find("counts their energy twice"), std::string::npos);
   // The fit goes on beyond 200 /m.
   ASSERT_GT(std::abs(fit.tis / scatter.table.tis - 1), 0.1);
-  EXPECT_NE(text.find("the model goes on outside the range"), std::string::npos);
+  EXPECT_NE(text.find("the model continues outside the range"), std::string::npos);
   ASSERT_FALSE(fit.at_least_b);
   free.least_b = 1.5 * fit.model.b;
   scatter.abg = {fit_abg(ScatterFunction(RadialPsd(long_waves), kLambda), free)};
   ASSERT_TRUE(scatter.abg[0].at_least_b && scatter.abg[0].describes());
-  EXPECT_NE(scatter_csv(scatter).find("B rests on the least allowed value"), std::string::npos);
+  EXPECT_NE(scatter_csv(scatter).find("B has the least allowed value"), std::string::npos);
   EXPECT_EQ(text.find("orders beyond 90 degrees"), std::string::npos);
 
   scatter.has_terms = false;
@@ -103,7 +103,7 @@ TEST(ScatterCsv, SaysWhatItIsOf) {
   scatter.rest.reset();
   const std::string alone = scatter_csv(scatter);
   EXPECT_EQ(alone.find("twice"), std::string::npos);
-  EXPECT_NE(alone.find("no terms go with it"), std::string::npos);
+  EXPECT_NE(alone.find("there are no terms beside it"), std::string::npos);
   EXPECT_EQ(alone.find("ABg"), std::string::npos);
   EXPECT_EQ(alone.find("PSD:"), std::string::npos);
   EXPECT_NE(scatter_csv(export_of(UniformPsd{5e-8, 0, 1.5e6})).find("orders beyond 90 degrees"),

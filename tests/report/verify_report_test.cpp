@@ -56,21 +56,21 @@ TEST(VerifyReport, HeadlineTableAndJsonSayTheSame) {
   const VerifyReport report = hand_made();
   const std::string table = text_of(page_of(report));
   const ordered_json json = to_json(report, {{"title", "by hand"}});
-  EXPECT_EQ(table.find("DIFFERENT (ring_fwhm +50.00 %) in geometric rays; in light EQUIVALENT\n---"), 0u)
+  EXPECT_EQ(table.find("DIFFERENT (ring_fwhm +50.00 %) by geometric rays; by wave optics EQUIVALENT\n---"),
+            0u)
       << table;
-  EXPECT_NE(
-      table.find("Study     by hand\nJudged    the mean light of 576 drawn surfaces, at a margin of 5 %, "
-                 "convention paper\n"),
-      std::string::npos)
+  EXPECT_NE(table.find("Study     by hand\nJudged    the mean PSF of 576 random surfaces, at a margin of 5 "
+                       "%, convention paper\n"),
+            std::string::npos)
       << table;
-  EXPECT_EQ(json["headline"], "DIFFERENT (ring_fwhm +50.00 %) in geometric rays; in light EQUIVALENT");
+  EXPECT_EQ(json["headline"], "DIFFERENT (ring_fwhm +50.00 %) by geometric rays; by wave optics EQUIVALENT");
   EXPECT_EQ(json["decided_by"], "rays");
   EXPECT_EQ(json["draws"], 576);
   EXPECT_EQ(json["light"]["draws"], 320);
   EXPECT_EQ(json["light"]["verdict"], "equivalent");
   EXPECT_EQ(json["light"]["statistics"]["ee90_radius_m"]["ghs"], 70e-6);
   EXPECT_EQ(json["light"]["statistics"]["ee90_radius_m"]["waves"], 71e-6);
-  const std::string in_light = table.substr(table.find("In light:"));
+  const std::string in_light = table.substr(table.find("By wave optics:"));
   for (const char* cell : {"70.00 um", "71.00 um", "+1.43", "equivalent"})
     EXPECT_NE(line_of(in_light, "ee90_radius").find(cell), std::string::npos) << cell << "\n" << table;
   EXPECT_EQ(json["kind"], "verify");
@@ -97,13 +97,13 @@ TEST(VerifyReport, LightThatDecidesStandsFirst) {
   report.rays_decide = false;
   report.verdict = report.light_verdict;
   EXPECT_EQ(to_json(report, {})["headline"],
-            "EQUIVALENT in light; in geometric rays DIFFERENT (ring_fwhm +50.00 %)");
+            "EQUIVALENT by wave optics; by geometric rays DIFFERENT (ring_fwhm +50.00 %)");
   report.draws = 0;
   report.light.clear();
   report.light_obstacle = "a polygon";
   report.rays_decide = true;
   const std::string table = text_of(page_of(report));
-  EXPECT_NE(table.find("; in light not computed\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("; by wave optics not computed\n"), std::string::npos) << table;
   EXPECT_NE(table.find("Judged    the given surface by 15000 rays, at a margin of 5 %"), std::string::npos)
       << table;
   EXPECT_EQ(to_json(report, {})["light"]["obstacle"], "a polygon");
@@ -121,7 +121,11 @@ TEST(TraceReport, TableAndJsonSayTheSame) {
   report.statistics = {{EncircledEnergyRadius{0.9, 0}, 66e-6, 60e-6}, {ScatterRms{}, NAN, 3e-5}};
   const std::string table = text_of(page_of(report));
   const ordered_json json = to_json(report, {});
-  EXPECT_EQ(table.find("Study     by hand\nModel     waves, 4096 cells (0 lost), 42 terms\n"), 0u) << table;
+  EXPECT_EQ(
+      table.find("The surface is within 10 % of its targets in 1 statistic (ee90_radius is farthest)\n"), 0u);
+  EXPECT_EQ(json["headline"], table.substr(0, table.find('\n')));
+  EXPECT_NE(table.find("Study     by hand\nModel     waves, 4096 grid points (0 lost), 42 terms\n"),
+            std::string::npos);
   EXPECT_EQ(json["kind"], "trace");
   EXPECT_EQ(json["model"], "waves");
   EXPECT_EQ(json["theory"], "ghs");

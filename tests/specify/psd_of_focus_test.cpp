@@ -364,8 +364,12 @@ enum class Wrong { kNothing, kCropped, kDefocused, kShifted, kAberrated, kScaled
 constexpr Wrong kAllWrong[] = {Wrong::kCropped, Wrong::kDefocused, Wrong::kShifted, Wrong::kAberrated,
                                Wrong::kScaled};
 const char* remedy_of(Wrong wrong) {
-  constexpr const char* kWords[] = {"",           "another amount", "another plane", "centre of the light",
-                                    "aberration", "another scale"};
+  constexpr const char* kWords[] = {"",
+                                    "not of the total energy",
+                                    "another plane",
+                                    "not centred on the image",
+                                    "aberration",
+                                    "another scale"};
   return kWords[int(wrong)];
 }
 

@@ -221,7 +221,7 @@ TEST(StabilityEdge, NearlyPerfectMirrors) {
   }
   edge.follows({"6e-21 m / height", [](double height) { return 6e-21 / height; }, 2e-17, 3e-13, 4});
   edge.expect();
-  EXPECT_NE(model->trouble().find("all rays on one point"), std::string::npos) << model->trouble();
+  EXPECT_NE(model->trouble().find("all rays meet in one point"), std::string::npos) << model->trouble();
 }
 
 }  // namespace

@@ -98,8 +98,8 @@ Ended run(std::vector<std::string> arguments, const std::filesystem::path& folde
 
 // Whether a sentence tells what to do about it: the form of bad input, or a request.
 bool has_remedy(const std::string& message) {
-  for (const char* word :
-       {"allowed:", "; give", ": give", "take", " use ", "instead", "fewer", "a larger margin", "would help"})
+  for (const char* word : {"allowed:", "; give", ". Give", "take", "Take", " use ", ". Use", "Try", "request",
+                           "instead", "fewer", "a larger margin", "would help"})
     if (message.find(word) != std::string::npos) return true;
   return false;
 }

@@ -51,7 +51,7 @@ TEST(UnusualNumbers, OfOneWrongNumberAreToldOnceWithWhatWasMeant) {
       {{"/mirror/focal_length=0.3", "/aperture/diameter=2.4"},
        "/mirror/focal_length",
        "300 mm",
-       "focal length and diameter swapped"},
+       "focal length and diameter interchanged"},
       {{R"(/aperture={"shape": "rectangle", "width": 300, "height": 200})"},
        "/aperture/width",
        "300 m",
@@ -225,7 +225,7 @@ TEST(FailureOfAStudy, NamesTheNumberThatIsUnusual) {
       FAIL();
     } catch (const InputError& error) {
       EXPECT_EQ(error.pointer(), pointer);
-      EXPECT_NE(error.found().find("; a unit?"), std::string::npos) << error.found();
+      EXPECT_NE(error.found().find("; a wrong unit?"), std::string::npos) << error.found();
       EXPECT_NE(error.found().find("no light"), std::string::npos) << error.found();
     }
     // Of a field of the scene the number is the cause, whatever the method has found; another has its own.
@@ -251,10 +251,9 @@ TEST(UnusualWarnings, AreOfTheStudyThatIsReadOnceEach) {
   const Study study = study_with({"/mirror/focal_length=2800"});
   ASSERT_EQ(study.data_warnings.size(), 1u);
   EXPECT_EQ(study.data_warnings[0].code, "unusual");
-  EXPECT_EQ(
-      study.data_warnings[0].message,
-      "/mirror/focal_length is 2.8 km: an f-number of 7000; 0.25 to 5000 is ordinary. Is a focal length "
-      "of 2.8 m meant? Then it is 7.");
+  EXPECT_EQ(study.data_warnings[0].message,
+            "/mirror/focal_length is 2.8 km: an f-number of 7000; 0.25 to 5000 is usual. Is a focal length "
+            "of 2.8 m meant? Then it is 7.");
 }
 
 // Mirrors that are built, of which nothing is to be said: f [m], D [m], lambda [m], rms [m], band [/m].

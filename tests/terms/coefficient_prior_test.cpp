@@ -131,34 +131,23 @@ TEST(CoefficientPrior, AgreesWithRandomPhaseSurfacesProjectedOnTheTerms) {
     }
 }
 
-TEST(CoefficientPrior, WhitenUndoesColour) {
+TEST(CoefficientPrior, ColourTransposeIsItsAdjoint) {
   const RadialPsd psd(KCorrelationPsd{1e-7, 0.05, 2.6, 0.1, kInf});
   TermSet terms = zernikes(2, 20);
   terms.fourier = fourier_modes(psd.band(21 / (2 * pi * 0.2), kInf), 30, 3);
   const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
   const Eigen::VectorXd x = draw_white(prior.size(), 5);
-  // The condition of the blocks is below 1e3, so 1e-10 leaves room for 1e3 eps sqrt(condition).
-  EXPECT_LT((prior.whiten(prior.colour(x)) - x).cwiseAbs().maxCoeff(), 1e-10);
   const Eigen::VectorXd g = draw_white(prior.size(), 6);
   EXPECT_NEAR(g.dot(prior.colour(x)), prior.colour_transpose(g).dot(x),
               1e-13 * prior.colour(x).norm() * g.norm());
 }
 
-TEST(CoefficientPrior, RankDeficientBlocksStillColourAndWhiten) {
-  // 2 pi R f_max = 5 but n goes to 40, so the high orders are combinations of few waves. Whitening is a
-  // least-squares inverse, and colouring its result gives c back.
+TEST(CoefficientPrior, RankDeficientBlocksStillColour) {
+  // 2 pi R f_max = 5 but n goes to 40, so the high orders are combinations of few waves.
   const RadialPsd psd(UniformPsd{1e-7, 2.5, 4.0});
   const TermSet terms = zernikes(0, 40);
   const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
-  const Eigen::VectorXd deviation = covariance_of(prior).diagonal().cwiseSqrt();
-  const Eigen::VectorXd x = draw_white(prior.size(), 1);
-  const Eigen::VectorXd c = prior.colour(x), white = prior.whiten(c), again = prior.colour(white);
-  ASSERT_TRUE(c.allFinite() && white.allFinite());
-  EXPECT_LE(white.norm(), x.norm() * (1 + 1e-6));  // it is the shortest solution
-  double worst = 0;
-  for (Eigen::Index i = 0; i < c.size(); ++i)
-    if (deviation[i] > 0) worst = std::max(worst, std::abs(again[i] - c[i]) / deviation[i]);
-  EXPECT_LT(worst, 1e-9);
+  ASSERT_TRUE(prior.colour(draw_white(prior.size(), 1)).allFinite());
   const Eigen::MatrixXd truth = zernike_covariance(psd, 0.2, 0, {0, 2, 4, 6, 30, 40});
   const Eigen::MatrixXd built = covariance_of(prior);
   const std::vector<int> orders = {0, 2, 4, 6, 30, 40};

@@ -187,8 +187,8 @@ TEST(FullStatistics, MirrorsOfTwelveScenesDifferAsPredicted) {
 }
 
 // Spreads in percent inside 1, 3, 8, 20 and 35 um, measured by DrawnMirrors on a grid of 512 with 60
-// realisations. PHYSICS 10 has, from other code, 0.065, 0.096, 0.103, 0.104, 0.041 at 6 /m and 0.021, 0.034,
-// 0.035, 0.036, 0.037 at 12 /m.
+// realisations. Other code gave 0.065, 0.096, 0.103, 0.104, 0.041 at 6 /m and 0.021, 0.034, 0.035, 0.036,
+// 0.037 at 12 /m.
 TEST(RealisationSpread, LargeAnnulusHasTheSpreadThatDrawsHave) {
   const LargeAnnulus scene;
   const struct {

@@ -35,7 +35,7 @@ TEST(SceneNumbers, MatchTheGoldenNumbersOfGaussianSurfaces) {
     EXPECT_NEAR(n.correlation_length / l, 0.5 * std::sqrt(std::numbers::pi), 1e-10);
     EXPECT_NEAR(n.paper_ratio_r * n.correlation_length / l / std::stod(row.at("R_paper")), 1.0, kPrinted);
     EXPECT_NEAR(1 - n.tis, std::stod(row.at("core_fraction")), kPrinted);
-    // PHYSICS 7, rule 1: where rays are allowed, their ee90 and ee50 agree with GHS to 10 %.
+    // PHYSICS 7: where rays are allowed, their ee90 and ee50 agree with GHS to 10 %.
     if (n.kappa_rule_allows_rays) {
       EXPECT_LT(std::abs(std::stod(row.at("ee90_geo")) / std::stod(row.at("ee90_ghs")) - 1), 0.1);
       EXPECT_LT(std::abs(std::stod(row.at("ee50_geo")) / std::stod(row.at("ee50_ghs")) - 1), 0.1);

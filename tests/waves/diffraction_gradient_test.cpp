@@ -240,8 +240,7 @@ TEST(DiffractionCoefficientGradient, AgreesWithDifferencesOverZernikeAndFourierT
                                              RingFwhm{0.8, std::nullopt},
                                              RingFwhm{0, 1.1e-5},
                                              SpotFwhm{0},
-                                             SpotFwhm{1.5e-6},
-                                             RmsHeight{}};
+                                             SpotFwhm{1.5e-6}};
   DiffractionWorkspace workspace;
   SurfaceField field;
   const auto values_at = [&](double t) {

@@ -11,7 +11,7 @@ namespace aberfit {
 
 struct CaseOutcome {
   std::vector<std::pair<std::string, double>> values;  ///< by name with its SI unit; NaN: does not exist
-  std::string verdict;                                 ///< of a fit or a solve; else empty
+  std::string verdict;                                 ///< verdict of a fit or a solve; else empty
   std::vector<std::string> warnings;                   ///< codes
 };
 

@@ -15,10 +15,10 @@ struct ChartRow {
   std::string family;                ///< name of its ChartFamily
   std::string method;                ///< "rays", "waves", "terms and scatter", ...
   std::string parameter, unit;       ///< the parameter and its SI unit: "1", or "/m" for a cut f_c
-  double value = std::nan("");       ///< of the parameter; NaN: the method has none
+  double value = std::nan("");       ///< value of the parameter; NaN: the method has none
   std::int64_t rays = 0, terms = 0;  ///< sizes of the measurement
   std::int64_t statistics = 0;
-  double error = std::nan("");      ///< as in the family's `error_of`; NaN: does not exist
+  double error = std::nan("");      ///< defined by the family's `error_of`; NaN: does not exist
   double error_rms = std::nan("");  ///< root mean square of the errors whose largest is `error`
   double error_of_reference = std::nan("");
   std::string reference;
@@ -46,9 +46,9 @@ struct ChartFamily {
 
 /// Speed against accuracy on one scene.
 struct Chart {
-  std::string title;  ///< of the task, for people
+  std::string title;  ///< title of the task, for people
   std::vector<ChartFamily> families;
-  std::string instruction_set;  ///< of the kernels
+  std::string instruction_set;  ///< instruction set of the kernels
   int threads = 1;
   double budget_seconds = 0;  ///< requested budget
   double seconds = 0;         ///< total time

@@ -26,7 +26,7 @@ struct CheckedStatistics {
   std::size_t fitted = 0, guides = 0, held_out = 0;
 };
 
-/// Grid cells across the aperture for waves: at the start of a fit, and at its judgement.
+/// Grid points across the aperture for wave optics, at the start of a fit and at its judgement.
 struct CheckedCells {
   double fit = 0, verdict = 0;
 };
@@ -34,23 +34,23 @@ struct CheckedCells {
 /// The cost of a fit, measured on its first iteration, or on the mean of up to five within a second. The
 /// iterations start from a random surface on the first grid or rays of the fit and include all derivatives.
 struct CheckedCost {
-  Eigen::Index points = 0;     ///< grid cells, or rays
+  Eigen::Index points = 0;     ///< grid points, or rays
   Eigen::Index residuals = 0;  ///< fitted statistics, guides and PSD bins
   double bytes = 0;            ///< peak memory of the process; estimated where no iteration was made
   std::optional<double> iteration_seconds;  ///< measured; absent: no iteration was made
   bool at_least = false;  ///< lower limit: only the first evaluation was made, because it took so long
-  std::optional<double> verdict_seconds;  ///< of one judgement on fresh points; absent: too long to make one
+  std::optional<double> verdict_seconds;  ///< time of one judgement on fresh points; absent: too long
   std::string obstacle;                   ///< why no iteration was made, a clause; empty where one was
 };
 
 /// The resolved numbers of a study's scene, the model that it needs and why, and the cost of a fit.
 struct CheckReport {
-  std::string title;  ///< of the task, for people
+  std::string title;  ///< title of the task, for people
   MirrorCharacterisation mirror;
   std::optional<SceneFacts> scene;       ///< absent without roughness
   double focal_sigma = 0;                ///< scale of the focal spot [m]
   std::string theory;                    ///< origin of the targets, as in SceneFacts
-  FocusModel model = FocusModel::kRays;  ///< of the surface
+  FocusModel model = FocusModel::kRays;  ///< model of the surface
   std::string reason;                    ///< one sentence: which model the scene needs and why
   bool too_simple = false;               ///< theory or model is simpler than the scene needs
   bool light_decides = true;             ///< wave optics gives the verdict of `fit`
@@ -59,11 +59,11 @@ struct CheckReport {
   bool automatic_rays = false;              ///< `rays` is the smallest number that the fit chooses
   std::int64_t rays = 0;                    ///< 0 for waves, whose grid follows from their targets
   std::optional<CheckedCells> cells;        ///< for waves; absent where no grid is fine enough
-  std::optional<BandShares> shares;         ///< of a split roughness
-  std::optional<TheoryError> theory_error;  ///< of wave optics; absent without roughness or where it has none
+  std::optional<BandShares> shares;         ///< parts of a split roughness
+  std::optional<TheoryError> theory_error;  ///< error of wave optics; absent without roughness or if unknown
   std::vector<Target> fitted, held_out;     ///< every judged statistic
-  int starts = 1;                           ///< of the fit
-  int threads = 1;                          ///< of the measured iteration
+  int starts = 1;                           ///< starts of the fit
+  int threads = 1;                          ///< threads of the measured iteration
   std::optional<CheckedCost> cost;          ///< absent: not requested
   Warnings warnings;
 };
@@ -72,7 +72,7 @@ struct CheckReport {
 /// cut (order_to_carry), or the default ones where these are too many.
 TermsSpec first_set(const Task& task, const Groundwork& ground);
 
-/// Everything but the paper's table. The study has statistics as targets, no map. measure: makes one
+/// The whole report except the paper's table. The study has statistics as targets, no map. measure: makes one
 /// iteration of the fit, which takes about as long as two evaluations, unless memory is too small.
 CheckReport make_check(const Task& task, const RunContext& context, bool measure);
 
@@ -82,8 +82,8 @@ struct MapCheckReport {
   Eigen::Index columns = 0, rows = 0, valid = 0;  ///< points of the map
   double pitch_x = 0, pitch_y = 0;                ///< [m]
   Eigen::Index terms = 0;                         ///< fitted by least squares
-  Warnings warnings;                              ///< of the map
-  std::optional<BandShares> shares;               ///< with a roughness: the end of the terms, and the scatter
+  Warnings warnings;                              ///< warnings of the map
+  std::optional<BandShares> shares;               ///< end of the terms, and scatter; absent without roughness
 };
 MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms);
 

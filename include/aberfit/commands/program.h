@@ -5,27 +5,27 @@
 
 namespace aberfit {
 
-/// How the program ends.
+/// The exit codes of the program.
 enum class ExitCode {
-  kDone = 0,      ///< and equivalent, where judged
-  kNotMet = 1,    ///< ran, but different or undecided; not converged where nothing is judged (psd, maps)
+  kDone = 0,      ///< finished; if judged, equivalent
+  kNotMet = 1,    ///< different or undecided; without a verdict (psd, maps): not converged
   kBadInput = 2,  ///< or bad usage
   kComputationFailed = 3,
-  kInterrupted = 4,  ///< by a signal or --time-limit: the best so far, if any; of a sweep the cases so far
+  kInterrupted = 4,  ///< by a signal or --time-limit: best so far, if any; a sweep keeps its cases
 };
 
-/// What the command line says; texts as typed, empty where nothing was.
+/// The command line; texts as typed, empty if nothing was typed.
 struct CommandLine {
-  std::string typed;                        ///< the whole of it
+  std::string typed;                        ///< whole command line
   std::string study_file;                   ///< "-": standard input
-  std::vector<std::string> changes;         ///< of the study, "/json/pointer=value"
+  std::vector<std::string> changes;         ///< changes to the study, "/json/pointer=value"
   std::string output_directory;             ///< empty: out/<name of the study>/<command>
-  bool force = false;                       ///< replace what stands in the way there
+  bool force = false;                       ///< replace files that are in the way there
   std::string coefficients_file;            ///< verify, trace
   std::string arrays;                       ///< fit, trace, check: one of array_format_names
   double chart_seconds = 60;                ///< chart [s]
   std::vector<std::string> measured_files;  ///< psd
-  /// psd: keys of a `psd` block of model "measured" with their texts; those of each file, and the others.
+  /// psd: keys of a `psd` block of model "measured" with their texts, for each file and for the whole block.
   std::vector<std::pair<std::string, std::string>> psd_of_file, psd_of_block;
   bool keep_lines = false;                         ///< psd
   std::string shard;                               ///< sweep: "2/8", "array/8"
@@ -39,9 +39,9 @@ struct CommandLine {
   bool json = false, quiet = false;
 };
 
-// The commands of the program: each reads its input, runs (commands/run.h), prints the table or the JSON on
-// standard output, progress and where the results are on standard error, and returns an ExitCode. Failures
-// are thrown, see core/errors.h.
+// The commands of the program. Each reads its input, runs (commands/run.h), prints the table or the JSON on
+// standard output, and returns an ExitCode. Progress and the folder of the results go to standard error.
+// Failures are thrown, see core/errors.h.
 ExitCode fit_command(CommandLine line);
 ExitCode verify_command(CommandLine line);
 ExitCode trace_command(CommandLine line);
@@ -56,11 +56,13 @@ ExitCode new_command(CommandLine line);
 /// The kinds of studies that `new` writes.
 std::vector<std::string> starter_kinds();
 
-/// Throws InputError where the file is known to be of another kind than the command works with, and names the
-/// command that does: a measured file, coefficients, a table of a PSD, a result or an empty file in place of
-/// a study; for "psd", all of these but a measured file. Files that are not known are left to their readers.
+/// Throws InputError if the file is known to be of a kind that the command does not use, and names the
+/// command that does. Instead of a study it recognises a measured file, coefficients, a table of a PSD, a
+/// result or an empty file; for "psd" all of these but a measured file. Unknown files are left to their
+/// readers.
 void require_right_file(const std::string& path, const std::string& command);
-/// The command and its arguments for a file that stands where a command should; empty where it is not known.
+/// The command and its arguments for a file that was typed in place of a command; empty if the file's kind is
+/// not known.
 std::string command_for(const std::string& path);
 
 }  // namespace aberfit

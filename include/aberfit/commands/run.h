@@ -17,58 +17,58 @@
 #include "aberfit/study/study.h"
 #include "aberfit/study/study_cases.h"
 
-// The commands as functions: each returns what it found as a struct, of which the headers of report make
-// JSON, tables and pictures. Files are written where options.output_directory names a folder.
+// The commands as functions. Each returns its result as a struct, which the headers of report turn into JSON,
+// tables and pictures. Files are written only if options.output_directory names a folder.
 namespace aberfit {
 
-/// Threads and progress as the method takes them.
+/// Threads and progress in the form that the method uses.
 RunContext context_of(const RunOptions& options);
 
-/// target -> fit -> verdict (the main path). The study has no map as target.
+/// Makes the targets, fits terms to them and judges the result. The study has no map as target.
 ResultDocument run_fit(const Study& study, const RunOptions& options);
-/// The study of a result: `study` with what the fit has chosen where it leaves that open.
+/// The study of a result: `study` with the fit's choices where it leaves them open.
 nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome);
-/// Least-squares terms of the measured map in target.map, which the study has: traced, or, beside a
-/// roughness, judged in light against it (method/measured_part.h).
+/// Fits terms to the measured map in target.map, which the study must have, in least squares. It traces them
+/// or, if the study has a roughness, judges their irradiance against it (method/measured_part.h).
 ResultDocument run_map_fit(const Study& study, const RunOptions& options);
 /// Compares Harvey-Shack theory with random term surfaces, by rays and by waves. Throws InputError for a
 /// study without roughness.
 VerifyReport run_verify(const Study& study, const RunOptions& options);
-/// Forward statistics only.
+/// Computes forward statistics only.
 TraceReport run_trace(const Study& study, const RunOptions& options);
-/// The measurement of a study (the first, where a sum has several). Throws InputError when it has none.
+/// The measurement of a study; the first if a sum has several. Throws InputError if there is none.
 const MeasuredPsd& measured_psd_of(const Study& study);
-/// What read_study or read_measured made of a measurement, reported: files and pictures. title: for people.
+/// Reports what read_study or read_measured made of a measurement, with files and pictures. title: shown to
+/// readers.
 PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options);
-/// Speed against accuracy on the study's own scene, about options.chart_seconds long; see make_chart. Files:
-/// chart.csv, result.json, summary.txt and pictures. Throws InputError for a study of a map, which has no
-/// statistics to be wrong about.
+/// Measures speed against accuracy on the study's own scene for about options.chart_seconds; see make_chart.
+/// Files: chart.csv, result.json, summary.txt and pictures. Throws InputError for a study of a map, which has
+/// no statistics.
 Chart run_chart(const Study& study, const RunOptions& options);
-/// Which roughness meets the budgets of the study's `solve` block, which it must have. Files: result.json,
-/// summary.txt, of two unknowns contour.csv and a picture.
+/// Finds the roughness that meets the budgets of the study's `solve` block, which it must have. Files:
+/// result.json, summary.txt; for two unknowns also contour.csv and a picture.
 Specification run_solve(const Study& study, const RunOptions& options);
-/// How rough a mirror may be at all, of a `solve` block with `ceilings`. Files: result.json, summary.txt,
-/// ceilings.csv, plots.
+/// Finds how rough a mirror may be at all, for a `solve` block with `ceilings`. Files: result.json,
+/// summary.txt, ceilings.csv, plots.
 Ceilings run_ceilings(const Study& study, const RunOptions& options);
-/// Which roughness spreads the light as the measured focus of the study's `solve.focus` has it. Files:
+/// Finds the roughness that spreads the light like the measured focus of the study's `solve.focus`. Files:
 /// result.json, summary.txt, focus.csv, a picture.
 PsdOfFocus run_psd_of_focus(const Study& study, const RunOptions& options);
-/// What `run_sweep` does besides its cases.
+/// Options of `run_sweep` beyond its cases.
 struct SweepOptions {
-  std::string shard;         ///< as read_shard takes it
+  std::string shard;         ///< text for read_shard
   bool gather_only = false;  ///< runs no case
-  bool retry = false;        ///< cases that failed are done again
+  bool retry = false;        ///< runs failed cases again
 };
-/// The cases of the study's `vary` block that the folder of options.output_directory, which must be given,
-/// has no record of; then the tables and pictures of all that are recorded. Under mpirun the ranks share
-/// them; then only rank 0 has a report, the others nothing. Throws InputError for a `vary` block that cannot
-/// be meant.
+/// Runs the cases of the study's `vary` block that have no record in options.output_directory, which must be
+/// given. Then it makes the tables and pictures of all recorded cases. Under mpirun the ranks share the
+/// cases, and only rank 0 returns a report. Throws InputError for a `vary` block that cannot be meant.
 std::optional<SweepReport> run_sweep(const StudyCases& cases, const RunOptions& options,
                                      const SweepOptions& sweep);
-/// The resolved study, the numbers of its scene, the model it needs and why, and what a fit takes: with
-/// options.measure_iteration, one iteration is made and timed. The study has no map as target.
+/// Reports the resolved study, the numbers of its scene, the model it needs and why, and the cost of a fit.
+/// With options.measure_iteration it times one iteration. The study has no map as target.
 CheckReport run_check(const Study& study, const RunOptions& options);
-/// The same of a study of a map.
+/// The same for a study of a map.
 MapCheckReport run_map_check(const Study& study, const RunOptions& options);
 
 }  // namespace aberfit

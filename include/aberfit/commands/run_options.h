@@ -14,15 +14,15 @@ struct RunOptions {
   std::string output_directory;                      ///< empty: nothing is written
   std::string command_line;                          ///< for provenance; empty: a program's call
   bool force = false;                                ///< replace files there that stand in the way of results
-  std::function<void(const std::string&)> tell;      ///< hears in a line which; may be empty
-  std::string coefficients_file;                     ///< trace, verify: surface to use instead of a draw
+  std::function<void(const std::string&)> tell;      ///< receives a line that names them; may be empty
+  std::string coefficients_file;                     ///< trace, verify: surface in place of a realisation
   std::function<void(const std::string&)> progress;  ///< one line of progress; called often
-  /// Asked between the steps of a fit: true ends it with the best so far. Empty: never.
+  /// Called between the steps of a fit; true ends the fit with the best so far. Empty: never.
   std::function<bool()> interrupted;
-  /// What asked to stop, in words, where `interrupted` said so. Empty: a signal.
+  /// Says what asked to stop after `interrupted` returned true. Empty: a signal.
   std::function<std::string()> stopped_by;
   double chart_seconds = 60;       ///< chart: about how long it may take [s], > 0
-  bool measure_iteration = false;  ///< check: make one iteration of the fit and say what it took
+  bool measure_iteration = false;  ///< check: make one iteration of the fit and report its time
 };
 
 }  // namespace aberfit

@@ -7,7 +7,7 @@
 /// best instruction set. They take a third of the time of plain Eigen; the bits depend on the processor.
 namespace aberfit {
 
-/// a b and a^T b for large matrices; for small ones use Eigen's own product.
+/// The products a b and a^T b of large matrices; for small ones use Eigen's own product.
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 Eigen::MatrixXd transposed_product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
@@ -21,7 +21,7 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
 /// Eigenvalues, ascending, of a symmetric tridiagonal matrix with these elements.
 Eigen::VectorXd tridiagonal_eigenvalues(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& beside);
 
-/// left diag(values) right^T of a square matrix, values descending.
+/// Decomposition left diag(values) right^T of a square matrix, values descending.
 struct SingularValues {
   Eigen::MatrixXd left, right;
   Eigen::VectorXd values;
@@ -29,7 +29,8 @@ struct SingularValues {
 /// Divide and conquer (Gu & Eisenstat 1995). Error of a value: about 1e-15 of the largest one.
 SingularValues singular_values(const Eigen::MatrixXd& matrix);
 
-/// Jacobi rotations, for small matrices: values, or right singular vectors (thin), by descending value.
+/// Singular values, or right singular vectors (thin), by descending value. Jacobi rotations, for small
+/// matrices.
 Eigen::VectorXd jacobi_singular_values(const Eigen::MatrixXd& matrix);
 Eigen::MatrixXd jacobi_right_vectors(const Eigen::MatrixXd& matrix);
 
@@ -66,8 +67,6 @@ Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::Matr
 class LeastNorm {
  public:
   explicit LeastNorm(const Eigen::MatrixXd& matrix);
-  /// threshold: pivots below this fraction of the largest count as zero.
-  LeastNorm(const Eigen::MatrixXd& matrix, double threshold);
   ~LeastNorm();
   Eigen::VectorXd solve(const Eigen::VectorXd& right) const;
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;

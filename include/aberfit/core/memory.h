@@ -8,10 +8,10 @@ namespace aberfit {
 /// each needs its own address translation. Release it with std::free. Throws std::bad_alloc.
 void* aligned_memory(std::size_t bytes);
 
-/// With GNU's C library, keeps freed memory in the process: blocks below 32 MB come from it, and only more
-/// than 256 MB at its end go back to the system. Surface arrays are allocated by the hundred, and mapping
-/// their pages each time takes a tenth of a fit on a large grid. A program calls it once, first. The library
-/// itself does not, because the memory belongs to its caller.
+/// Makes GNU's C library keep freed memory in the process. Blocks below 32 MB come from this memory, and only
+/// more than 256 MB at its end go back to the system. A fit allocates hundreds of surface arrays, and the
+/// system would map their pages each time. A program calls it once, first. The library itself does not,
+/// because the memory belongs to its caller.
 void keep_freed_memory();
 
 /// The peak memory of this process so far, and the memory of the machine [bytes].

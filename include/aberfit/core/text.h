@@ -43,7 +43,8 @@ std::string with_plain_blanks(std::string_view line);
 std::optional<std::string> decimal_comma(std::string_view line);
 /// The advice for it in a message.
 inline constexpr const char* kDecimalPoint =
-    "numbers with a decimal point: write 0.1 for 0,1, as the export of the instrument or an editor can";
+    "numbers with a decimal point: write 0.1 instead of 0,1 (the export of the instrument or an editor can "
+    "do that)";
 
 /// A non-negative integer with its digits in groups of three: "307,200".
 std::string grouped(double whole);

@@ -24,8 +24,9 @@ struct FitProblem {
   /// PSD bins of the surface as further targets; null: none. Residuals: log(S_b(c) / T_b) / tolerance_b. S_b
   /// is the surface's own bin, not a noisy estimate, so its logarithm has no bias.
   const SurfaceSpectrum* spectrum = nullptr;
-  Eigen::VectorXd spectrum_target = {};     ///< [m^4], positive, one per bin
-  Eigen::VectorXd spectrum_tolerance = {};  ///< of the natural logarithm of the PSD, positive, one per bin
+  Eigen::VectorXd spectrum_target = {};  ///< [m^4], positive, one per bin
+  Eigen::VectorXd spectrum_tolerance =
+      {};  ///< tolerance of the natural logarithm of the PSD, positive, one per bin
 };
 
 enum class PriorMode {
@@ -97,12 +98,11 @@ struct FitResult {
 /// after every step. Bounded problems use conjugate gradients on all coefficients. Every solve but the last
 /// stops at three tolerances. Diffraction smooths by itself: unless kRays there is one solve, with the last
 /// of `smoothing` for the ray statistics.
-/// kDegenerate: a statistic or a log PSD bin has no value or derivative at the start. Unless kRays, three
-/// more cases give it: an EE radius more than 2 % and its tolerance below that of the perfect mirror, an EE
-/// radius outside the field of view of the pupil grid, and zero coefficients, where nothing changes to first
-/// order.
-/// Throws std::invalid_argument for spectral targets that do not fit the spectrum's bins or are not positive,
-/// and for scenes that focus_statistics refuses.
+/// kDegenerate: a statistic or a log PSD bin has no value or derivative at the start. By waves three more
+/// cases give it. An EE radius may be smaller than that of the perfect mirror by more than 2 % and its
+/// tolerance. It may lie outside the field of view of the pupil grid. All coefficients may be zero, where
+/// nothing changes to first order. Throws std::invalid_argument for spectral targets that do not fit the
+/// spectrum's bins or are not positive, and for scenes that focus_statistics refuses.
 FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, const FitOptions& options);
 
 /// True when every smooth statistic and log PSD bin of `result` is within `share` times its tolerance.

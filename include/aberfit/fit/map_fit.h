@@ -39,7 +39,7 @@ struct MapFitResult {
   int rank = 0;
   double condition_number = 0;  ///< of the column-scaled design
   Eigen::Index points = 0, held_out_points = 0;
-  double rms_map = 0;             ///< of the valid points about their mean [m]
+  double rms_map = 0;             ///< RMS of the valid points about their mean [m]
   double rms_residual = 0;        ///< over the fitted points [m]
   double rms_held_out = 0;        ///< over the held-out points [m]
   double independent_points = 0;  ///< effective number of independent residuals
@@ -49,8 +49,8 @@ struct MapFitResult {
 /// Least-squares terms of a map on any mask. All terms are fitted jointly (on a mask they are not
 /// orthogonal), with one row per valid point within terms.radius of the origin. Piston and tilt are fitted as
 /// well where the set lacks them, and then dropped.
-/// Standard deviations come from the residual in the orders next beyond the terms: the fewest whole orders of
-/// Zernike modes with 40 of them, orthonormalised beside the terms on the points. Components above four
+/// Standard deviations come from the residual in the orders next beyond the terms. These are the fewest whole
+/// orders that have 40 Zernike modes, orthonormalised beside the terms on the points. Components above four
 /// standard deviations are figure that the terms leave. The mean square v of the others is a density: the
 /// variance of white noise, or the power of correlated noise and roughness just beyond the terms. cov(c) = v
 /// (A^T A)^-1 + d d^T, with d the part of that figure in the terms, as the points do not separate the two.

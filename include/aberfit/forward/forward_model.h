@@ -68,10 +68,6 @@ std::unique_ptr<ForwardModel> make_forward_model(const LightPath& path,
 Eigen::VectorXd focus_statistics(const LightPath& path, const Eigen::VectorXd& coefficients,
                                  const std::vector<Statistic>& statistics, int threads, Warnings* warnings);
 
-/// The diffraction pattern of the surface with `coefficients` [m] in `window`, by kWaves. Throws
-/// std::invalid_argument for another model, and as diffraction_psf does.
-PsfImage focus_psf(const LightPath& path, const Eigen::VectorXd& coefficients, const PsfWindow& window);
-
 /// Options for computing L at the pupil points of a model.
 OperatorOptions focus_operator(FocusModel model, int threads);
 

@@ -15,8 +15,8 @@
 
 namespace aberfit {
 
-/// Fraction of neighbouring grid cells whose phases may alias (LightPath::aliased_limit) where a finer grid
-/// follows if necessary: during a fit, on the first judging grid, and on the grids that give its error.
+/// Fraction of neighbouring grid cells whose phases may alias (LightPath::aliased_limit) if a finer grid can
+/// still follow. This holds during a fit, on the first judging grid, and on the grids that give its error.
 inline constexpr double kMostAliasedBeforeAFiner = 2e-2;
 
 /// A mirror and its wavelength, without particular pupil points.

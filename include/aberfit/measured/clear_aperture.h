@@ -38,7 +38,7 @@ struct ClearAperture {
   std::vector<double> centre;
 };
 
-/// Which part of a measurement is used.
+/// The part of a measurement that is used.
 struct ClearPart {
   std::optional<ClearAperture> aperture;
   std::string mask;  ///< path of a mask of the same size; its zeros and NaN are left out; empty: no mask

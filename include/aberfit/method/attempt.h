@@ -51,7 +51,7 @@ struct Attempt {
 };
 
 /// Writes the known facts of the scene into `result`: models, targets, split of the roughness, and warnings.
-/// result: with terms; captured: as in TermPlan.
+/// result: has its terms already; captured: as in TermPlan.
 void describe_scene(const FitCase& of, double captured, FitOutcome* result);
 
 /// The outcome as known before the solve.

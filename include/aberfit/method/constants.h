@@ -50,10 +50,10 @@ inline constexpr double kHeldOutPlanes[] = {0, -0.25, 0.25, -0.75, 0.75, -1.75, 
 /// between two guides is met as well. By rays, kShareOfMargin of the usual margin replaces the margin.
 /// Plateau: from 0.5 to 0.9 equally many fits of README's mirror are equivalent, to within one of 36 (`fit`).
 inline constexpr double kGuideShareOfMargin = 0.9;
-/// Spacing of the guides of a fit by waves, in units of the ring width in which speckle changes the energy by
-/// the margin: between two rings, and as widening of the cone of rays between two planes. README's mirror at
-/// margins from 0.3 to 10 %: 82 of 84 fits are equivalent at these values, and 77 at 2 and 4. Values of 1 and
-/// 2 change no verdict (`fit`; `Along/Continuity` repeats one seed).
+/// Spacing of the guides of a fit by waves: the step between two rings, and the widening of the cone of rays
+/// between two planes. The unit is the ring width in which speckle changes the energy by the margin. README's
+/// mirror at margins from 0.3 to 10 %: 82 of 84 fits are equivalent at these values, and 77 at 2 and 4.
+/// Values of 1 and 2 change no verdict (`fit`; `Along/Continuity` repeats one seed).
 inline constexpr double kSteadyRing = 1.4, kSteadyPlane = 2.8;
 /// Radius in units of Groundwork::core_sigma beyond which a ring lies in the scattered halo. Such a ring
 /// fades so far out of focus that terms do not affect it, while the grid has to contain the whole cone of
@@ -69,7 +69,8 @@ inline constexpr double kSecondOrder = 4.6;
 /// its mean transfer function half an aperture apart is below it. It is also the energy that may lie beyond
 /// the rays for which a grid makes room.
 inline constexpr double kUnseenLight = 1e-3;
-/// 4 pi sigma/lambda of a nearly perfect surface: it scatters the square of this, the rounding of doubles.
+/// Value of 4 pi sigma/lambda of a nearly perfect surface. It scatters the square of this fraction, which is
+/// the rounding of doubles.
 inline constexpr double kSmoothG = 0x1p-26;
 
 // Fractions of the margin that approximations may use.
@@ -141,7 +142,8 @@ inline constexpr double kDrawnCycles = 24;
 /// Most random mirrors behind a verdict without terms: four groups. kMostSurfaces applies where only heights
 /// and slopes are computed, which takes a thirtieth of the time.
 inline constexpr int kMostDraws = 4 * kGroups, kMostSurfaces = 32 * kMostDraws;
-/// Rays of one random mirror of `verify`, and most mirrors in a group: a minute on one thread.
+/// Rays of one random mirror of `verify`, and most mirrors in a group. Together they take a minute on one
+/// thread.
 inline constexpr std::int64_t kRaysOfDraw = 4096;
 inline constexpr int kMostGroupDraws = 36;
 

@@ -4,9 +4,9 @@
 namespace aberfit {
 
 /// The terms that carry the roughness of a task: Zernikes from tilt to `growth` times order_to_carry of the
-/// terms' band. Where that order is above law::kLargestOrder, plane waves replace them: the whole frequency
-/// grid of the aperture's box, or log-uniform rings for a band with more than law::kMostWaves grid
-/// frequencies. The ground has a roughness, and a part of it needs terms.
+/// terms' band. Where that order is above law::kLargestOrder, plane waves replace them. They form the whole
+/// frequency grid of the aperture's box. A band with more than law::kMostWaves grid frequencies has
+/// log-uniform rings instead. The ground has a roughness, and a part of it needs terms.
 TermsSpec terms_by_law(const Task& task, const Groundwork& ground, double growth = 1);
 
 /// Makes the fit that the task describes. Named terms: one set, from the task's number of starts, until one

@@ -60,8 +60,8 @@ struct BandShares {
   double low_slope = 0, rest_slope = 0;        ///< RMS slopes per axis
   double rest_scatter = 0;                     ///< RMS scatter angle of the rest [rad]
   double tis = 0;                              ///< fraction of the energy that the rest scatters
-  double height_spread = 0, slope_spread = 0;  ///< of sample RMS height and slope, over the whole's
-  double spread = 0;  ///< largest standard deviation of a judged statistic over such mirrors, in tolerances
+  double height_spread = 0, slope_spread = 0;  ///< relative standard deviations of RMS height, slope
+  double spread = 0;      ///< largest standard deviation of a judged statistic between mirrors, in tolerances
   std::string spread_of;  ///< the statistic with that spread
   /// RMS heights [m] of a measured part: the residual of the map, and the residual that the terms would leave
   /// of the specification. The rest of the split represents both, so neither is added to it.

@@ -49,7 +49,7 @@ struct Groundwork {
   double default_planes() const;
   /// Natural unit of dz [m]: a depth of focus, at most a tenth of the focal length.
   double plane_unit() const { return std::min(core_sigma / radius, kDeepestUnit) * focal_length; }
-  /// For a spot without a core: largest defocus of the default planes [m] for which waves need at most
+  /// Largest defocus of the default planes of a spot without a core [m], for which waves need at most
   /// law::kMostCells grid cells across.
   double farthest_by_cells = std::numeric_limits<double>::infinity();
   /// Unit of the default planes [m]: `plane_unit`, or less so that they lie within `farthest_by_cells`.

@@ -17,7 +17,7 @@ namespace aberfit {
 struct MapPanel {
   HeightMap map;
   double rms = 0, peak_to_valley = 0;
-  double rms_slope_x = 0, rms_slope_y = 0;  ///< as PsdEstimate::rms_slope_x, of the unprocessed heights
+  double rms_slope_x = 0, rms_slope_y = 0;  ///< from the unprocessed heights, as PsdEstimate::rms_slope_x
 };
 
 /// A fitted map beside its terms, at the valid points inside the aperture; NaN elsewhere. Piston and tilt of
@@ -32,7 +32,7 @@ struct LitSurface {
   /// Peak irradiance over that of the same pupil with zero height, as in StrehlRatio.
   double strehl = kNaN;
   double ee50 = kNaN, ee80 = kNaN, ee90 = kNaN;  ///< radii [m]
-  double spot_fwhm = kNaN;                       ///< of the line spread, mean of x and y [m]
+  double spot_fwhm = kNaN;                       ///< FWHM of the line spread, mean of x and y [m]
   Eigen::ArrayXd share;                          ///< energy fraction inside each MapLight::radius
   /// Irradiance over the peak of the pupil with zero height; empty where grid cells are not square.
   PsfImage psf;
@@ -56,7 +56,7 @@ struct MapLight {
   LitSurface measured, terms, terms_and_rest, perfect;
   ResidualPsd rest;
   Eigen::ArrayXd radius;    ///< abscissae of the encircled-energy curves [m]
-  double ring_fwhm = kNaN;  ///< of the terms, see RingFwhm [m]; NaN unless requested
+  double ring_fwhm = kNaN;  ///< FWHM of the terms [m], see RingFwhm; NaN unless requested
   Warnings warnings;
 
   std::array<const LitSurface*, 4> columns() const { return {&measured, &terms, &terms_and_rest, &perfect}; }

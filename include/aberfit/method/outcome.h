@@ -57,7 +57,7 @@ struct PerfectMirror {
 /// The part of a split roughness above the terms, in the formats of other programs.
 struct ScatterOfRest {
   ScatterTable table;
-  std::vector<AbgFit> abg;       ///< with B as in OpticStudio; if that fit is poor, also with a free B
+  std::vector<AbgFit> abg;       ///< a fit with B as in OpticStudio; if it is poor, also one with a free B
   std::optional<PsdModel> rest;  ///< its PSD
 };
 
@@ -77,11 +77,11 @@ struct FittedTerms {
   double radius = 0;  ///< normalisation radius [m]
   EquivalentSurface surface;
   Eigen::VectorXd start, values, validated;
-  Eigen::VectorXd posterior_std;      ///< of `values`, from the linearised problem
+  Eigen::VectorXd posterior_std;      ///< standard deviation of `values`, from the linearised problem
   std::vector<SpectrumBin> spectrum;  ///< empty without PSD bins in the study
 };
 
-/// How the roughness is divided into terms and scatter.
+/// Division of the roughness into terms and scatter.
 struct BandOutcome {
   std::optional<BandUse> use;            ///< absent without roughness
   std::optional<BandShares> shares;      ///< absent where the roughness is not split
@@ -95,11 +95,11 @@ struct FittedMap {
   std::optional<MapLight> light;
 };
 
-/// Whether the surface is equivalent to its specification.
+/// Judgement of whether the surface is equivalent to its specification.
 struct Judgement {
-  Verdict verdict = Verdict::kUndecided;   ///< that of `light` where it decides
+  Verdict verdict = Verdict::kUndecided;   ///< the verdict of `light` where it decides
   std::vector<EquivalenceMetric> metrics;  ///< by the model of the fit
-  double confidence = 0;                   ///< of the intervals; 0: unknown
+  double confidence = 0;                   ///< level of the intervals; 0: unknown
   bool light_decides = true;  ///< wave optics gives the verdict; else the theory that the study names
   std::optional<LightJudgement> light;   ///< absent where `metrics` come from wave optics, and without a fit
   std::optional<PerfectMirror> perfect;  ///< absent where the scene has no GHS
@@ -111,7 +111,7 @@ struct Judgement {
 struct FitOutcome {
   FitChoices choices;
   bool has_roughness = false;
-  SceneFacts scene;  ///< of the specification; numbers, light and spread are empty without roughness
+  SceneFacts scene;  ///< facts of the specification; numbers, light and spread are empty without roughness
   FittedTerms fitted;
   BandOutcome band;
   FittedMap map;

@@ -14,12 +14,12 @@ namespace aberfit {
 /// The theory of the targets, the model of the surface, and the model that gives the verdict.
 struct PhysicsChoice {
   Theory theory = Theory::kGeometric;
-  FocusModel model = FocusModel::kRays;  ///< of the surface
-  std::optional<ModelChoice> choice;     ///< of the specification; absent without roughness
-  std::string reason = "No roughness is given, so nothing says which model the scene needs: rays are used.";
+  FocusModel model = FocusModel::kRays;  ///< model of the surface
+  std::optional<ModelChoice> choice;     ///< model for the specification; absent without roughness
+  std::string reason = "No roughness is given, so the needed model is unknown and rays are used.";
   std::string obstacle;  ///< why wave optics cannot be computed for this task, a clause; empty: it can
   std::optional<TheoryError>
-      theory_error;  ///< of wave optics for the specification; absent where it has none
+      theory_error;  ///< error of wave optics for the specification; absent where it has none
   /// True when wave optics gives the verdict. Rays give it where a study names the geometric theory or rays,
   /// and in convention `paper`, which is a rule for rays. The wave-optics judgement is then shown beside it.
   bool light_decides = true;

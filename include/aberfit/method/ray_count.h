@@ -13,7 +13,8 @@ std::int64_t more_rays(std::int64_t rays);
 
 /// The reason of a RayChoice whose gap is infinite.
 inline constexpr const char* kNoValueToCompare =
-    "a fitted statistic has no value on the sample of the fit or on the one that judges: nothing to compare";
+    "a fitted statistic has no value on the points of the fit or of the judgement, so they cannot be "
+    "compared";
 /// Returns whether this many rays are enough for their verdict. True also where more rays are not available,
 /// or would not help a statistic without a value. Fills `reason`.
 bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice);

@@ -17,9 +17,10 @@ struct SpecifiedValue {
 struct SpecifiedLight {
   std::string theory;       ///< "ghs", "geometric"; empty where neither applies
   double focal_length = 0;  ///< [m]
-  /// By GHS: ee50, ee80 and ee90 diameters, hew, fwhm, ensquared80_side, strehl, tis and pssn@0.15m; by rays:
-  /// the diameters and hew. Takes milliseconds. Strehl ratio and PSSN are left out where the perfect parabola
-  /// costs tenths of a second, a pupil without symmetry on another mirror; a budget can request them.
+  /// GHS gives ee50, ee80 and ee90 diameters, hew, fwhm, ensquared80_side, strehl, tis and pssn@0.15m; rays
+  /// give the diameters and hew. Strehl ratio and PSSN are left out where the perfect parabola takes long: a
+  /// pupil without symmetry on a mirror that is no parabola, or a band with uneven irradiance. A budget can
+  /// request them.
   std::vector<SpecifiedValue> values;
   /// Each wavelength of a band by itself; empty for one wavelength.
   struct Line {

@@ -25,14 +25,12 @@ namespace aberfit {
 struct StatisticRequest {
   std::string name;
   std::vector<double> planes = {0};  ///< ee*, *_within, rms_radius: dz [m]
-  std::vector<double> radii;         ///< ee_within [m]
-  std::vector<double> sides;         ///< ensquared_within [m]
-  std::vector<double> frequencies;   ///< mtf: of the image [cycles/m]
+  std::vector<double> places;        ///< StudyOption::kPlaces: radii, sides, frequencies [SI]
   std::variant<std::string, double> ring =
       std::string("ee90");          ///< ring_fwhm, ring_profile: "ee<percent>" or a radius [m]
   std::optional<double> bandwidth;  ///< spot_fwhm [m]
   std::optional<double> value;      ///< given target, in the statistic's unit; absent: from theory
-  double standard_error = 0;        ///< of a given value, in its unit
+  double standard_error = 0;        ///< standard error of a given value, in its unit
   AskedAs asked;                    ///< ee*: its key and unit in the study, for messages
   double tolerance = 1e-3;          ///< relative to the target value (fractions, ring_profile: absolute)
   std::string file;                 ///< ring_profile: CSV with columns dz [m], share
@@ -51,7 +49,7 @@ struct PsdTarget {
 
 struct TargetSpec {
   std::optional<Theory>
-      theory;  ///< of targets without a value; absent ("auto"): what the scene needs (choose_model)
+      theory;  ///< theory of targets without a value; absent ("auto"): the scene decides (choose_model)
   Convention convention = Convention::kPhysical;
   std::vector<StatisticRequest> statistics;  ///< empty: the default set
   std::optional<PsdTarget> psd;
@@ -95,8 +93,8 @@ struct TermsSpec {
 };
 
 struct TraceSpec {
-  std::optional<FocusModel> model;                ///< of the surface; absent ("auto"): what the theory needs
-  PupilOptions pupil;                             ///< the JSON keys pupil, rays and seed lie side by side
+  std::optional<FocusModel> model;  ///< model of the surface; absent ("auto"): the theory decides
+  PupilOptions pupil;               ///< the JSON keys pupil, rays and seed lie side by side
   std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
   Centre centre = Centre::kNominal;
 };
@@ -129,7 +127,7 @@ struct Task {
   Mirror mirror;
   Aperture aperture;
   Light wavelength = {};        ///< [m]; the mean of a band where a single number is needed
-  std::optional<PsdModel> psd;  ///< of the roughness; absent where the study has none
+  std::optional<PsdModel> psd;  ///< PSD of the roughness; absent where the study has none
   Warnings data_warnings;       ///< warnings from reading and measuring the roughness
   TargetSpec target;
   TermsSpec terms;

@@ -19,13 +19,13 @@ struct GivenSurface {
 /// One statistic of a traced surface beside its target.
 struct TracedStatistic {
   Statistic statistic;
-  double value = 0;   ///< of the surface, in the statistic's unit; NaN: does not exist
+  double value = 0;   ///< value of the surface, in the statistic's unit; NaN: does not exist
   double target = 0;  ///< target of a fit of the same task
 };
 
 /// Focal statistics of a surface without a fit.
 struct TraceReport {
-  std::string title;                     ///< of the task, for people
+  std::string title;                     ///< title of the task, for people
   std::string theory;                    ///< origin of the targets: "geometric", "rays", "ghs", "given"
   FocusModel model = FocusModel::kRays;  ///< model that gives the statistics of the surface
   std::string reason;                    ///< one sentence: which model the scene needs and why
@@ -40,7 +40,7 @@ struct TracedLight {
   const Groundwork& ground;
   const TargetSets& targets;
   const PupilSample& pupil;
-  const RayBundle &rays, &nominal;  ///< of the pupil; by waves of its grid cells
+  const RayBundle &rays, &nominal;  ///< rays of the pupil; by waves those of its grid cells
   const LightPath* waves;           ///< null by rays
   const Eigen::VectorXd& coefficients;
 };

@@ -16,7 +16,7 @@ namespace aberfit {
 struct Deflections {
   Eigen::ArrayXd x, y, z, magnitude;
   Eigen::ArrayXd weight;                            ///< energy fractions, summing to 1
-  double rms_x = 0, rms_y = 0, rms_z = 0, rms = 0;  ///< of the components and the magnitude
+  double rms_x = 0, rms_y = 0, rms_z = 0, rms = 0;  ///< RMS of the components and the magnitude
   double mean_x = 0, mean_y = 0, mean_z = 0, mean = 0;
 };
 Deflections deflections_of(const RayBundle& rays, const RayBundle& nominal);
@@ -41,25 +41,25 @@ int ensemble_draws(double spread);
 
 /// Harvey-Shack and the aberration terms of one roughness side by side, by rays and by wave optics.
 struct VerifyReport {
-  std::string title;  ///< of the task, for people
+  std::string title;  ///< title of the task, for people
   Convention convention = Convention::kPhysical;
   /// Verdict by the theory of the task: of `metrics` for theory `geometric` and convention `paper`, else of
   /// `light`. Without a wave-optics result, that of rays in a scene where rays are enough, else undecided.
   Verdict verdict = Verdict::kUndecided;
   bool rays_decide = false;                ///< `verdict` is that of rays
   SceneFacts scene;                        ///< its model is "rays", whatever the scene needs
-  Eigen::Index rays = 0;                   ///< of the pupil of the shown realisation
+  Eigen::Index rays = 0;                   ///< number of rays in the pupil of the shown realisation
   int draws = 0;                           ///< behind every ensemble mean; 0: a given surface
   double margin = 0;                       ///< of the test, relative
   std::vector<double> theory;              ///< geometric, in closed form, parallel to `metrics` [SI]
   std::vector<EquivalenceMetric> metrics;  ///< target: Harvey-Shack rays; model: aberration terms
-  /// By wave optics. target: generalised Harvey-Shack (of half the heights in convention `paper`); model:
-  /// waves. EE radii are judged as energy fractions, see judge_target; their model value is the radius that
-  /// holds the fraction, to first order.
+  /// Results by wave optics. target: generalised Harvey-Shack (of half the heights in convention `paper`);
+  /// model: waves. EE radii are judged as energy fractions, see judge_target; their model value is the radius
+  /// that holds the fraction, to first order.
   std::vector<EquivalenceMetric> light;
   Verdict rays_verdict = Verdict::kUndecided, light_verdict = Verdict::kUndecided;
-  int light_draws = 0;                      ///< as `draws`; fewer where the grid of waves is fine
-  std::string light_obstacle;               ///< why `light` is empty, a clause; empty: it is not
+  int light_draws = 0;         ///< number of realisations by waves; fewer than `draws` where the grid is fine
+  std::string light_obstacle;  ///< why `light` is empty, a clause; empty: it is not
   std::shared_ptr<const VerifyRays> shown;  ///< for pictures
   Warnings warnings;
 };

@@ -11,30 +11,30 @@
 
 namespace aberfit {
 
-/// Whose light is to be written.
+/// The focus to be written, by theory, of the surface, or both.
 struct ArrayInput {
   const FocalLight* theory;   ///< null: none
-  const FocalLight* surface;  ///< null: none; one of the two is there
+  const FocalLight* surface;  ///< null: none; at least one of the two is given
   const Mirror& mirror;
   const Aperture& aperture;
   double wavelength;           ///< [m]
-  std::vector<double> planes;  ///< dz [m] of the encircled energies; z = f is always among them
-  double core_sigma;           ///< scale of the focal spot [m]; 0: as the light has it
+  std::vector<double> planes;  ///< dz [m] of the encircled energies; z = f is always added
+  double core_sigma;           ///< scale of the focal spot [m]; 0: taken from the spot itself
   std::string title;
 };
 
-/// One light on the axes of FocusArrays; empty, or nothing, where it is not known.
+/// The focus by theory or of the surface, on the axes of FocusArrays. Unknown parts are empty.
 struct LightArrays {
-  Eigen::ArrayXXd encircled_energy;  ///< share of the light, planes x radii
-  /// Mean irradiance between neighbouring radii, share of the light per area [1/m^2], planes x rings.
+  Eigen::ArrayXXd encircled_energy;  ///< fraction of the energy, planes x radii
+  /// Mean irradiance between neighbouring radii, as fraction of the energy per area [1/m^2], planes x rings.
   Eigen::ArrayXXd ring_profile;
   Eigen::ArrayXXd psf;                ///< mean irradiance of a pixel at z = f [1/m^2], column = x, row = y
-  std::optional<TransferImage> otf;   ///< of one surface by waves
-  std::optional<Eigen::ArrayXd> mtf;  ///< of theory: the real part of its OTF, at `frequency`
+  std::optional<TransferImage> otf;   ///< OTF of one surface by wave optics
+  std::optional<Eigen::ArrayXd> mtf;  ///< real part of the OTF of theory at `frequency`
 };
 
-/// What the pictures of the focus show, in numbers. Sum of the PSF times the area of a pixel is the light
-/// inside the window; pixels are at most half of lambda f/D wide as far as 513 of them reach.
+/// The numbers behind the pictures of the focus. The sum of the PSF times the area of a pixel is the fraction
+/// of the energy inside the window. Pixels are at most half of lambda f/D wide, if 513 of them suffice.
 struct FocusArrays {
   std::string title;
   double wavelength = 0, focal_length = 0, diameter = 0;  ///< [m]
@@ -46,8 +46,8 @@ struct FocusArrays {
 };
 FocusArrays make_focus_arrays(const ArrayInput& input);
 
-/// Names and contents of the files of a format, FORMATS.md: none for kNone; FITS leaves otf.fits out where
-/// there is no OTF.
+/// Names and contents of the files of a format (FORMATS.md). kNone has none; FITS omits otf.fits if there is
+/// no OTF.
 std::vector<std::pair<std::string, std::string>> array_files(ArrayFormat format, const FocusArrays& arrays);
 
 }  // namespace aberfit

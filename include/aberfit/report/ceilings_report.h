@@ -8,10 +8,11 @@
 
 namespace aberfit {
 
-/// ceilings.csv: an octave a line, SI units in the header; empty fields where no height violates a budget.
+/// ceilings.csv: one line per octave, SI units in the header. Fields are empty if no height violates a
+/// budget.
 std::string ceilings_csv(const Ceilings& ceilings);
 
-/// Picture `ceilings`, profile PSD over frequency on log-log axes, as those of a fit (report/pictures.h).
+/// Draws picture `ceilings`, profile PSD over frequency on log-log axes, as a fit does (report/pictures.h).
 std::vector<DrawnPicture> draw_pictures(const Ceilings& ceilings, const std::string& directory,
                                         const PictureOptions& options, Warnings* warnings);
 

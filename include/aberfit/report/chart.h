@@ -8,15 +8,15 @@
 
 namespace aberfit {
 
-/// chart.csv: one line per row, all of its members and its family's descriptions, SI units in the header;
-/// what does not exist is empty.
+/// chart.csv: one line per row with all of its members and its family's descriptions, SI units in the header.
+/// Values that do not exist are empty.
 std::string chart_csv(const Chart& chart);
 
-/// "rays, rays 65,536", "terms and scatter, f_c 12.5 /m": a row by its setting.
+/// Setting of a row: "rays, rays 65,536", "terms and scatter, f_c 12.5 /m".
 std::string setting_text(const ChartRow& row);
 
-/// Pictures as those of a fit (report/pictures.h), one per family: error against time with the frontier,
-/// today's setting and the cheapest within tolerance marked.
+/// Draws one picture per family, as a fit does (report/pictures.h): error against time, with marks for the
+/// frontier, today's setting and the cheapest within tolerance.
 std::vector<DrawnPicture> draw_pictures(const Chart& chart, const std::string& directory,
                                         const PictureOptions& options, Warnings* warnings);
 

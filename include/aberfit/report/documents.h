@@ -15,9 +15,9 @@
 
 namespace aberfit {
 
-// Each kind of result as the JSON document that result.json holds, and as the page that people read. Numbers
-// of a document are in SI units, which its keys name, and null where they do not exist; what each key means
-// is said by results_schema. study: the resolved study.
+// Each kind of result becomes the JSON document of result.json, and a page for people. Numbers of a document
+// are in SI units, named by its keys; numbers that do not exist are null. results_schema gives the meaning of
+// each key. study: the resolved study.
 
 nlohmann::ordered_json to_json(const ResultDocument& result, const nlohmann::ordered_json& study);
 nlohmann::ordered_json to_json(const CheckReport& report, const nlohmann::ordered_json& study,
@@ -43,11 +43,11 @@ nlohmann::ordered_json to_json(const Chart& chart, const nlohmann::ordered_json&
 nlohmann::ordered_json to_json(const PsdReport& report, const nlohmann::ordered_json& request,
                                const nlohmann::ordered_json& roughness);
 
-/// JSON Schema (draft 2020-12) of all of these documents, one alternative for each kind. Every key has its
-/// meaning as "description" and its SI unit as "unit".
+/// JSON Schema (draft 2020-12) of all these documents, one alternative per kind. Every key has its meaning as
+/// "description" and its SI unit as "unit".
 nlohmann::ordered_json results_schema();
 
-/// all: every statistic, not only those in focus and the worst of the rest.
+/// all: shows every statistic, not only those in focus and the worst of the rest.
 Page page_of(const ResultDocument& result, bool all);
 Page page_of(const CheckReport& report);
 Page page_of(const MapCheckReport& report);

@@ -5,19 +5,19 @@
 
 namespace aberfit {
 
-/// How pictures are drawn.
+/// Options for drawing pictures.
 struct PictureOptions {
-  PictureFormat format = PictureFormat::kAuto;  ///< kNone: nothing is written at all
-  int threads = 1;                              ///< pictures that are drawn at once; changes no picture
+  PictureFormat format = PictureFormat::kAuto;  ///< kNone: writes nothing
+  int threads = 1;                              ///< pictures drawn at the same time; does not change them
 };
 
-/// A picture that is there, with what a document says of it.
+/// A picture that was drawn, with its texts for a document.
 struct DrawnPicture {
-  std::string name;     ///< of the script, without ending
-  std::string file;     ///< below the folder of the results: "plots/ee_curves.svg"
+  std::string name;     ///< name of the script without extension
+  std::string file;     ///< path in the folder of the results: "plots/ee_curves.svg"
   std::string title;    ///< a few words
-  std::string caption;  ///< what it shows and what to see in it, one to three sentences
-  std::string alt;      ///< what it shows, for who cannot see it
+  std::string caption;  ///< content and reading, one to three sentences
+  std::string alt;      ///< description for readers who cannot see it
 };
 
 }  // namespace aberfit

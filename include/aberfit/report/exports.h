@@ -11,26 +11,26 @@
 
 namespace aberfit {
 
-/// A term surface to be carried into another program: the terms alone, to be added to the nominal mirror
-/// (conic, even powers and known Zernikes), which the other program is to have as a surface of its own.
+/// A term surface for another program. It has the terms alone; the other program adds them to its own surface
+/// of the nominal mirror (conic, even powers and known Zernikes).
 struct ExportInput {
   const TermSet& terms;
   const Eigen::VectorXd& coefficients;  ///< [m]
   const Aperture&
-      aperture;       ///< points outside are no-data (grid sag: value kept, so that bicubic rims stay smooth)
+      aperture;       ///< points outside have no data; a grid sag keeps values near the rim (sample_surface)
   double wavelength;  ///< [m]
   int grid_size = 257;  ///< points per side, over the square around the aperture
   std::string title;
 };
 
-/// The surface and its analytic derivatives on a grid over the square around the aperture (its bounding box
-/// made square, rim on the outermost rows and columns; middle off the axis only for a polygon). Two cells
-/// beyond the rim keep the values of the terms, so that every cell of an aperture wider than two pitches has
-/// four corners; everything farther out is NaN in all four grids, as is what has grown to 1000 times the
-/// largest height inside. Read with bicubic interpolation at 257 points, n <= 20: RMS error below 1e-4 of the
-/// RMS height, EE90 within 0.1 %; read bilinearly the slopes are 16 % off. Throws std::invalid_argument for a
-/// wavelength that is not positive, fewer than 5 points, or coefficients that are not finite or not one per
-/// term.
+/// The surface and its analytic derivatives on a grid over the square around the aperture. The square is the
+/// bounding box made square, with the rim on the outermost rows and columns; only that of a polygon may be
+/// off the axis. Two cells beyond the rim keep the values of the terms, so every cell of an aperture wider
+/// than two pitches has four corners. All four grids are NaN farther out, and where the height exceeds 1000
+/// times the largest inside. Bicubic interpolation at 257 points, n <= 20, has an RMS error below 1e-4 of the
+/// RMS height, and EE90 within 0.1 %; bilinear interpolation has slopes 16 % off. Throws
+/// std::invalid_argument for a wavelength that is not positive, fewer than 5 points, or coefficients that are
+/// not finite or not one per term.
 GridSag sample_surface(const ExportInput& input);
 
 /// The file of an export: "grid_sag.DAT", ...
@@ -41,8 +41,8 @@ const std::string& export_file_name(ExportFormat format);
 /// taken off.
 std::pair<std::string, std::string> export_file(ExportFormat format, const ExportInput& input);
 
-/// Fringe coefficients [m] of the surface, from 1, peak-normalised, of a CODE V ZFR file; those of a WFR file
-/// are halved. InputError names file, line, what was found and what is allowed.
+/// Peak-normalised Fringe coefficients [m] of the surface, from index 1, of a CODE V ZFR file; those of a WFR
+/// file are halved. InputError names file, line, what was found and what is allowed.
 std::vector<double> read_codev_zfr(const std::string& path);
 
 }  // namespace aberfit

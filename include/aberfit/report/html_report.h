@@ -8,29 +8,29 @@
 
 namespace aberfit {
 
-/// What report.html is made from.
+/// Contents of report.html.
 struct HtmlReport {
   const Page& page;
   const nlohmann::ordered_json& document;  ///< result.json
-  const nlohmann::ordered_json& asked;     ///< the study as it was typed, with its units
+  const nlohmann::ordered_json& asked;     ///< the study as typed, with its units
   std::vector<DrawnPicture> pictures;
-  std::string folder;           ///< of the results: its files are listed, its pictures taken in
-  std::vector<Page::Text> run;  ///< when, where and how it was made; not in `document`, which stays the same
-  const Page* whole = nullptr;  ///< with tables that are too long for `page`; null: there are none
+  std::string folder;           ///< folder of results: its files are listed, its pictures included
+  std::vector<Page::Text> run;  ///< when, where and how it was made; `document` leaves this out
+  const Page* whole = nullptr;  ///< page with tables too long for `page`; null: none
 };
 
-/// One HTML page (UTF-8, no script, no reference to anything outside of itself) with what was asked, the
-/// answer, its limits, all tables, the pictures, the files and where the result comes from. Pictures that are
-/// no SVG or PNG, or that would make the page larger than 3 MB, are named instead of shown.
+/// One HTML page in UTF-8 without script or external reference. It has the question, the answer, its limits,
+/// all tables, the pictures, the files and the origin of the result. A picture is only named if it is no SVG
+/// or PNG, or would make the page larger than 3 MB.
 std::string html_of(const HtmlReport& report);
 
-/// One of several results that are put side by side.
+/// One of several results to compare.
 struct ComparedResult {
-  std::string name;                        ///< of its folder, for people
+  std::string name;                        ///< name of its folder, for people
   const nlohmann::ordered_json& document;  ///< result.json
-  std::string link;                        ///< to its report, relative to the page; empty: it has none
+  std::string link;                        ///< to its report, relative to the page; empty: no report
 };
-/// One HTML page of several results: their answers, what was asked and what came, where they differ.
+/// One HTML page of several results: their answers, and the inputs and numbers that differ.
 std::string html_of(const std::vector<ComparedResult>& results);
 
 }  // namespace aberfit

@@ -7,19 +7,19 @@
 
 namespace aberfit {
 
-/// What people read of a result. A page is made once and shown as text on a terminal, as Markdown, and as
-/// HTML in `report.html`.
+/// A result for people. A page is made once and shown as text on a terminal, as Markdown, and as HTML in
+/// `report.html`.
 struct Page {
   enum class Tone { kPlain, kGood, kOpen, kBad };
 
-  /// A paragraph behind a short label, such as "Scene"; an empty label belongs to the one before.
+  /// A paragraph with a short label, such as "Scene". With an empty label it continues the one before.
   struct Text {
     std::string label, text;
   };
-  /// A table whose cells are ready to be shown.
+  /// A table with formatted cells.
   struct Table {
     struct Row {
-      std::vector<std::string> cells;  ///< one cell alone is a heading of the rows that follow
+      std::vector<std::string> cells;  ///< a single cell is a heading of the rows that follow
       Tone tone = Tone::kPlain;
     };
     std::string title;
@@ -38,11 +38,11 @@ struct Page {
   };
   using Part = std::variant<Text, Table, Verbatim>;
 
-  std::string headline;  ///< the answer; empty where there is nothing to answer
+  std::string headline;  ///< the answer; empty if there is no question
   Tone tone = Tone::kPlain;
-  std::vector<std::string> advice;  ///< what to do next, a sentence each
-  std::vector<Text> answers;  ///< how certain, what it rests on, what would change it: of documents alone
-  std::string title;          ///< of the study
+  std::vector<std::string> advice;  ///< next steps, one sentence each
+  std::vector<Text> answers;        ///< certainty, basis and remedies; documents only
+  std::string title;                ///< title of the study
   std::vector<Part> parts;
   Warnings warnings;
 
@@ -50,14 +50,14 @@ struct Page {
 };
 
 struct TextStyle {
-  std::size_t width = 100;  ///< of the longest line [characters]; tables do not break
+  std::size_t width = 100;  ///< longest line [characters]; tables may be wider
   bool colour = false;      ///< escape sequences of ANSI terminals
 };
 
 /// The page as plain text.
 std::string text_of(const Page& page, const TextStyle& style = {});
 
-/// The page as Markdown with tables of GitHub's kind.
+/// The page as GitHub-flavoured Markdown.
 std::string markdown_of(const Page& page);
 
 }  // namespace aberfit

@@ -8,12 +8,12 @@
 
 namespace aberfit {
 
-/// focus.csv: radius, measured and fitted light, noise and one mirror's own spread, residual over both; SI
-/// units in the header, one line a circle or ring.
+/// focus.csv: radius, measured and fitted energy, noise, spread of single mirrors, and the residual over
+/// both. It has one line per circle or ring, with SI units in the header.
 std::string focus_csv(const PsdOfFocus& result);
 
-/// Picture `focus`, measured light with its noise and that of the fitted roughness, and below it what is left
-/// in standard deviations, as the pictures of a fit (report/pictures.h).
+/// Draws picture `focus`, as a fit does (report/pictures.h): the measured focus with its noise and that of
+/// the fitted roughness, and below the residual in standard deviations.
 std::vector<DrawnPicture> draw_pictures(const PsdOfFocus& result, const std::string& directory,
                                         const PictureOptions& options, Warnings* warnings);
 

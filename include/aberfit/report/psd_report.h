@@ -14,39 +14,38 @@
 
 namespace aberfit {
 
-/// A measurement, its PSD and the model that was fitted to it.
+/// A measurement, its PSD and the fitted model.
 struct PsdReport {
   std::string title;               ///< for people
   std::vector<std::string> files;  ///< one per measurement
   std::vector<Measurement> data;
-  std::vector<ClearRegion> clear;  ///< of each
+  std::vector<ClearRegion> clear;  ///< one per measurement
   PsdEstimate estimate;
   PsdModelFit fit;
-  SurfacePsd surface;  ///< what is printed, written and drawn
+  SurfacePsd surface;  ///< PSD that is printed, written and drawn
   DrawingLine line;
-  DrawingLine
-      as_measured;  ///< with the RMS height and slope of the bins; `exponent` NaN where the model has them
+  DrawingLine as_measured;  ///< line with the bins' RMS height and slope; `exponent` NaN: model has them
   std::vector<HeightDifferences> differences;  ///< structure functions, one per measurement
-  std::vector<BandContent> bands;              ///< those that were asked for
+  std::vector<BandContent> bands;              ///< requested bands
   Warnings warnings;
   Provenance provenance;
 
-  /// Of the model or of the bins, in the band of the fit.
+  /// RMS values of the model or of the bins, in the band of the fit.
   BandRms in_band(bool of_model) const;
 };
 
-/// The line of a drawing as a `roughness` block of a study, to paste; its numbers read back to the same bits.
+/// The line of a drawing as a `roughness` block for a study. Its numbers read back to the same bits.
 nlohmann::ordered_json line_block(const DrawingLine& line);
 
-/// Bins as CSV: frequency [1/m], PSD [m^3 or m^4], interval, degrees of freedom, the model's expectation; the
-/// first two columns make a table for `psd.model: "table"`.
+/// Bins as CSV: frequency [1/m], PSD [m^3 or m^4], interval, degrees of freedom, the model's expectation. The
+/// first two columns are a table for `psd.model: "table"`.
 std::string psd_csv(const PsdReport& report);
 
-/// RMS height [m] and slope [rad] by band as CSV: those asked for, then every octave.
+/// RMS height [m] and slope [rad] by band as CSV: requested bands, then every octave.
 std::string bands_csv(const PsdReport& report);
 
-/// Pictures psd (bins with intervals, model, lines), structure_function, data, data_2 ... (the detrended
-/// profiles or maps), as those of a fit (report/pictures.h).
+/// Draws pictures psd (bins with intervals, model, lines), structure_function, data, data_2 ... (the
+/// detrended profiles or maps), as a fit does (report/pictures.h).
 std::vector<DrawnPicture> draw_pictures(const PsdReport& report, const std::string& directory,
                                         const PictureOptions& options, Warnings* warnings);
 

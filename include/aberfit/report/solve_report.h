@@ -9,11 +9,11 @@
 
 namespace aberfit {
 
-/// contour.csv: both unknowns, then every budget's value and margin, SI units in the header, one line a
-/// point; what binds in the last column.
+/// contour.csv: both unknowns, then every budget's value and margin, and the binding budget in the last
+/// column. It has one line per point, with SI units in the header.
 std::string contour_csv(const Specification& spec);
 
-/// Pictures as those of a fit (report/pictures.h): budget_light, encircled energies with the budgets on them
+/// Draws pictures as a fit does (report/pictures.h): budget_light, encircled energies with the budgets marked
 /// (unless `light` is empty); sensitivities, a bar for each budget and unknown; contour of two unknowns.
 std::vector<DrawnPicture> draw_pictures(const Specification& spec, const BudgetLight& light,
                                         const std::string& directory, const PictureOptions& options,

@@ -13,13 +13,13 @@ namespace aberfit {
 /// focal_volume.
 const std::vector<std::string>& verify_picture_names();
 
-/// What they show: rays of one draw, of the ideal mirror, the Harvey-Shack branch and the aberration terms.
+/// Contents: rays of one realisation for the ideal mirror, the Harvey-Shack branch and the aberration terms.
 struct VerifyPictures {
-  const VerifyReport& report;  ///< report.shown is there
+  const VerifyReport& report;  ///< has report.shown
   const Mirror& mirror;
   const Aperture& aperture;
 };
-/// As the pictures of a fit (report/pictures.h).
+/// Draws the pictures as a fit does (report/pictures.h).
 std::vector<DrawnPicture> draw_pictures(const VerifyPictures& of, const std::string& directory,
                                         const PictureOptions& options, Warnings* warnings);
 

@@ -71,7 +71,7 @@ class PsdDerivative {
   std::shared_ptr<const Slope> slope_;
   std::vector<Ring> rings_;
   double highest_ = 0;
-  bool is_whole_ = false;  // whether the part is the whole model
+  bool is_whole_ = false;  // true if the part is the whole model
 };
 
 }  // namespace aberfit

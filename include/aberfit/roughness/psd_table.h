@@ -55,8 +55,8 @@ PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::v
 std::vector<double> abel_1d_to_2d(const std::vector<double>& frequency, const std::vector<double>& psd_1d,
                                   double tail_exponent);
 
-/// Exponent of the power law fitted to log S1 over log f in the last octave of a table, at least its last
-/// three points (two when there are no more): what abel_1d_to_2d should assume beyond the end.
+/// Exponent that abel_1d_to_2d should assume beyond the end of a table. It is that of a power law fitted to
+/// log S1 over log f in the last octave, at least the last three points (two if there are no more).
 double fitted_tail_exponent(const std::vector<double>& frequency, const std::vector<double>& psd_1d);
 
 }  // namespace aberfit

@@ -39,8 +39,8 @@ struct SegmentedAperture {
   double margin = 0;
   /// Each segment, i.e. each outline around a clear area, has its own piston, tip and tilt. They are
   /// independent normal variables with these standard deviations.
-  double piston = 0;    ///< of the height of a segment [m]
-  double tip_tilt = 0;  ///< of each of the two slopes of a segment
+  double piston = 0;    ///< standard deviation of the height of a segment [m]
+  double tip_tilt = 0;  ///< standard deviation of each of the two slopes of a segment
   bool operator==(const SegmentedAperture&) const = default;
 };
 using Aperture =
@@ -79,10 +79,10 @@ ApertureBox bounding_box(const Aperture& aperture);
 std::vector<Outline> aperture_outlines(const Aperture& aperture);
 /// The same outlines, each counter-clockwise.
 std::vector<Outline> counter_clockwise(std::vector<Outline> outlines);
-/// Whether (x, y) is inside and at least `margin` away from every edge.
+/// Returns whether (x, y) is inside and at least `margin` away from every edge.
 bool aperture_contains(const Aperture& aperture, double x, double y, double margin);
-/// Whether a sample at (x, y) belongs to the mirror. Rounding would decide for a sample on the rim, so the
-/// test scales x and y by 1 - 1e-9.
+/// Returns whether a sample at (x, y) belongs to the mirror. Rounding would decide for a sample on the rim,
+/// so the test scales x and y by 1 - 1e-9.
 bool aperture_holds(const Aperture& aperture, double x, double y);
 double aperture_margin(const Aperture& aperture);
 

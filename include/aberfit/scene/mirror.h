@@ -27,9 +27,9 @@ struct Mirror {
   bool operator==(const Mirror&) const = default;
 };
 
-/// Whether the sag is exactly rho^2/(4f). Only then do rays along the axis have a perfect focus.
+/// Returns whether the sag is exactly rho^2/(4f). Only then do rays along the axis have a perfect focus.
 bool is_parabola(const Mirror& mirror);
-/// Whether the sag depends on rho alone: no known Zernike term has m != 0.
+/// Returns whether the sag depends on rho alone: no known Zernike term has m != 0.
 bool is_rotationally_symmetric(const Mirror& mirror);
 /// The same mirror without its known Zernikes.
 Mirror without_known_zernikes(Mirror mirror);

@@ -32,7 +32,7 @@ class Segments {
   double piston_ = 0, tip_tilt_ = 0;
 };
 
-/// Whether the segments of an aperture have height errors.
+/// Returns whether the segments of an aperture have height errors.
 bool has_segment_errors(const Aperture& aperture);
 /// The segments of an aperture if they have height errors; else null.
 std::shared_ptr<const Segments> erring_segments(const Aperture& aperture);

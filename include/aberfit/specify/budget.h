@@ -37,7 +37,7 @@ double of_surface_change(const OfSurface& what, const RadialPsd& psd, const PsdD
 /// A limit on a statistic, as written in a specification: "ee80_diameter": "<= 0.6 arcsec".
 struct Budget {
   std::string key;    ///< as typed, see budget_keys
-  std::string bound;  ///< as typed: <= or >=, a number and its unit
+  std::string bound;  ///< the bound as typed: <= or >=, a number and its unit
   Statistic statistic = RmsHeight{};
   std::optional<LightProperty> of_light;  ///< used instead of `statistic`
   std::optional<OfSurface> of_surface;    ///< used instead of `statistic`

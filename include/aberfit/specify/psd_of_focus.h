@@ -59,7 +59,7 @@ struct PsdOfFocus {
   PsdOfFocusStatus status = PsdOfFocusStatus::kNotConverged;
   std::string message;  ///< reason if it is not fitted; otherwise empty
   std::vector<NumberOfFocus> numbers;
-  Eigen::MatrixXd correlation;  ///< of the logarithms of `numbers`
+  Eigen::MatrixXd correlation;  ///< correlation of the logarithms of `numbers`
   double confidence = 0.95;
   bool is_image = false, is_one_mirror = true, is_noise_known = true;
   double total = 1;         ///< factor of the mean irradiance [unit of the data]

@@ -40,7 +40,7 @@ struct SolvePoint {
   std::array<double, 2> bracket{};  ///< for a solution: the neighbouring steps of the search around it
   bool holds_below = true;          ///< for a solution: true if budgets hold below it, false if above
 };
-/// Where the search for one unknown ended.
+/// The end of the search for one unknown.
 struct RangeEnd {
   double value = 0;  ///< last value that could be computed
   std::string why;

@@ -17,13 +17,13 @@ struct Outliers {
   double threshold = 0;     ///< limit for the nearest neighbours, in standard deviations of their residual
 };
 
-/// Finds samples that stand out of their neighbourhood. At distances of 1, 2, 4, 8 (profiles also 16)
-/// samples, each is compared with the median prediction of pairs of neighbours on opposite sides: along rows,
-/// columns and both diagonals for maps, at one, two and three distances for profiles. Slope therefore
-/// cancels, and one bad neighbour does no harm.
-/// The standard deviation of the residual is 1.4826 times its median size, of the whole data or of a tile if
-/// that is larger, because real noise varies over the surface. The PSD is not used, because outliers raise
-/// it.
+/// Finds samples that stand out of their neighbourhood. Each sample is compared with the median prediction of
+/// pairs of neighbours on opposite sides, at distances of 1, 2, 4, 8 (profiles also 16) samples. In maps the
+/// pairs lie along rows, columns and both diagonals; in profiles at one, two and three distances. Slope
+/// therefore cancels, and one bad neighbour does no harm.
+/// The standard deviation of the residual is 1.4826 times its median size. A tile uses its own median if that
+/// is larger than the median of the whole data, because real noise varies over the surface. The PSD is not
+/// used, because outliers raise it.
 /// The limit is Student's t that Gaussian data exceed in one of 200 measurements (degrees of freedom: 0.37 of
 /// the independent residuals, the efficiency of the median). A sample is kept if it continues one side, as at
 /// a step, or if its region has no edge, as at a turned-down rim.

@@ -80,7 +80,7 @@ struct PsdModelFit {
 /// Intervals are Wald's in the logarithm (power-law exponent: in itself). The response accounts for the
 /// height that detrending removes from the lowest bins; bins below 1.5 resolutions are not used.
 /// kAuto takes the simplest family within 2 of the least criterion, among those whose parameters the data
-/// determine, or among all if only then a model describes the data (`goodness`).
+/// determine. It chooses among all families if only then a model describes the data (`goodness`).
 /// If that fit fails (goodness below 1e-3), it is repeated once from the least squares of the logarithms. If
 /// it fails again, a model error is allowed: log psd = log E + sampling error + d, where d has standard
 /// deviation tau (`model_error`) and correlation exp(-|log f - log f'| / L). The fit is then least squares of
@@ -91,8 +91,8 @@ struct PsdModelFit {
 /// undetermined parameters only if its criterion is better by more than 6. `goodness` stays the p-value
 /// without model error, and the model follows the geometric mean of the bins.
 /// If the limit of a family (knee outside the band, no floor) does as well at `confidence`, `family` is the
-/// limit, and the parameter is not identified but bounded by the profile likelihood.
-/// For a profile, a uniform surface is a disc of frequencies up to f_max, and a floor is white noise of the
+/// limit. The parameter is then not identified, and the profile likelihood only bounds it.
+/// For a profile, a uniform surface is a disc of frequencies up to f_max. A floor is white noise of the
 /// instrument, reported but not part of `model` (warning `floor-left-out`). With fewer usable bins than
 /// parameters + 1 the status is kFailed with a message. Time: 1-10 ms per family, twice that with a model
 /// error.

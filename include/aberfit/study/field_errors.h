@@ -6,16 +6,16 @@
 
 namespace aberfit {
 
-/// What the method says of a field, with the file and the JSON pointer that it has in the study.
+/// The method's error about a field as an InputError, with the field's file and JSON pointer in the study.
 InputError input_error(const Study& study, const FieldError& error);
 
-/// Throws the InputError of the first number of `study` that is unusual (study/unusual.h) and may be the
-/// reason of `failure`, in words; returns where there is none.
+/// Throws an InputError about the first unusual number of `study` (study/unusual.h) that may have caused
+/// `failure`, a text. Returns if there is none.
 void blame_unusual_number(const Study& study, const std::string& failure);
 
-/// Runs `work` on what `study` asks for. A FieldError leaves as an InputError of the study's file, and so
-/// does a ComputationError of a study with a number that can hardly be meant: the number is what its author
-/// has to look at, not what became of it.
+/// Runs `work` on `study`. A FieldError becomes an InputError about the study's file. A ComputationError does
+/// so, too, if the study has a number that can hardly be meant: the author has to look at that number, not at
+/// its consequence.
 template <typename Work>
 auto with_fields_of(const Study& study, const Work& work) {
   try {

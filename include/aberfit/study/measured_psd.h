@@ -5,17 +5,17 @@
 
 namespace aberfit {
 
-/// The `where` of measurements that no study names: messages then have options as they are typed, else the
-/// keys of a study.
+/// The `where` of measurements given on the command line: messages then name options as typed, otherwise keys
+/// of a study.
 inline constexpr const char* kCommandLine = "command line";
 
-/// Reads one measurement, heights scaled, and takes its clear part. clear: what that is. `folder`: what its
-/// file is relative to. Throws InputError that names `where` and `pointer`, and the file in what was found.
+/// Reads one measurement, scales its heights and takes its clear part, which `clear` describes. The file's
+/// path is relative to `folder`. Throws an InputError that names `where`, `pointer` and the file.
 Measurement load_measurement(const MeasuredFile& file, const std::string& folder, const std::string& where,
                              const std::string& pointer, ClearRegion* clear);
 
-/// Measurement -> PSD -> model: fills data, estimate and result of `measured`. `folder`: what its files are
-/// relative to; `where`, `pointer`: named in errors, which are InputErrors for data no PSD can be had from.
+/// Measurement -> PSD -> model: fills data, estimate and result of `measured`. Its paths are relative to
+/// `folder`. Throws an InputError that names `where` and `pointer` if the data give no PSD.
 void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::string& where,
                  const std::string& pointer, int threads);
 

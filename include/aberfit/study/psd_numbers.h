@@ -8,24 +8,24 @@
 
 namespace aberfit {
 
-/// A number of the `psd` block of a resolved study, which a solve may look for.
+/// A number of the `psd` block of a resolved study that a solve may look for.
 struct PsdNumber {
   std::string pointer;  ///< "/roughness/psd/rms"
   double value = 0;     ///< [its SI unit]
   Dimension dimension = Dimension::kNumber;
 };
 
-/// All of them, those of a sum's parts included; a line of a drawing (`profile_psd`) is there as the
-/// amplitude and exponent that it stands for. None of a measurement, whose numbers are data.
+/// All such numbers, including those of a sum's parts. A line of a drawing (`profile_psd`) appears as the
+/// amplitude and exponent that it stands for. A measurement has none: its numbers are data.
 std::vector<PsdNumber> psd_numbers(const Study& study);
 
-/// Studies that differ in a few numbers, read as from a file: half a millisecond each, tables aside. Const
-/// use from many threads.
+/// Studies that differ in a few numbers, each read as from a file. Without tables this is fast enough for
+/// every step of a solve. Many threads may use a const object.
 class StudyFamily {
  public:
   StudyFamily(const Study& study, const std::vector<std::string>& pointers);
   ~StudyFamily();
-  /// Throws InputError as read_study does.
+  /// Throws InputError like read_study.
   Task operator()(const std::vector<double>& values) const;
 
  private:

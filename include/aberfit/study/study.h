@@ -24,7 +24,7 @@
 // throughout.
 namespace aberfit {
 
-/// `psd.model: "table"`: what the file says and how to read it. The table itself is loaded by read_study.
+/// `psd.model: "table"`: a file and how to read it. read_study loads the table.
 struct PsdTableFile {
   static constexpr const char* kModel = "table";
   std::string file;                      ///< as written in the study, relative to it
@@ -33,42 +33,42 @@ struct PsdTableFile {
   std::string of = "surface";            ///< "wavefront": heights are half
   double scale = 1;                      ///< height factor, to put a measured shape on another mirror
   std::optional<double> f_min, f_max;    ///< band cut [cycles/m]
-  PsdTableResult
-      table;  ///< loaded: two-sided 2-D surface PSD with `of`, `scale` and the cut applied; what was left out
+  PsdTableResult table;  ///< loaded: two-sided 2-D surface PSD with `of`, `scale` and the cut applied, and
+                         ///< what the cut left out
 };
 
-/// A measured profile or map: the file and what it may not say itself.
+/// A measured profile or map: the file, and the facts that it may not state itself.
 struct MeasuredFile {
   std::string file;  ///< as written in the study, relative to it
   MeasuredFormat format = MeasuredFormat::kAuto;
-  int column = 1;                  ///< profiles: which scan line, from 1
+  int column = 1;                  ///< profiles: scan line, from 1
   std::string quantity;            ///< profile text: "height" or "slope"; empty: as the file says
   std::string of;                  ///< "surface" or "wavefront"; empty: as the file says
   std::string x_unit, value_unit;  ///< empty: as the file says; value_unit may be "waves"
   std::optional<double> pitch;     ///< maps: pixel scale [m]; profiles with rounded positions: their step
-  std::optional<int> columns;      ///< text maps: samples of a row that goes over several lines
-  std::string first_row = "top";   ///< text maps: "bottom" where the first row has the lowest y
+  std::optional<int> columns;      ///< text maps: samples in a row that spans several lines
+  std::string first_row = "top";   ///< text maps: "bottom" if the first row has the lowest y
   std::optional<double>
-      wavelength;   ///< of the instrument [m], for values in waves or radians; absent: as the file says
+      wavelength;   ///< the instrument's [m], for values in waves or radians; absent: as the file says
   std::string hdu;  ///< FITS: name or number of the image, "0" the primary; empty: the only one
-  std::optional<int> plane;     ///< FITS, NumPy: which plane of a cube, from 1
+  std::optional<int> plane;     ///< FITS, NumPy: plane of a cube, from 1
   double scale = 1;             ///< factor on the heights, to put a measured shape on another mirror
   std::vector<double> invalid;  ///< values of the file that mark a missing sample, see MeasuredSource
   ClearPart clear;
 };
 
-/// `psd.model: "measured"`: measurement -> PSD -> model. The measuring is done by read_study.
+/// `psd.model: "measured"`: measurement -> PSD -> model, computed by read_study.
 struct MeasuredPsd {
   static constexpr const char* kModel = "measured";
   MeasuredFile source;
-  std::vector<MeasuredFile> further;  ///< other instruments' bands of the same surface
+  std::vector<MeasuredFile> further;  ///< other bands of the same surface, by other instruments
   OutlierTreatment outliers = OutlierTreatment::kWarn;
   PsdEstimatorOptions estimator;
   PsdFitOptions fit;
-  std::vector<FrequencyBand> bands;  ///< whose RMS height and slope are told
-  // What came of it:
-  std::vector<Measurement> data;   ///< as read, heights scaled, clear part, rejected outliers taken out
-  std::vector<ClearRegion> clear;  ///< of each
+  std::vector<FrequencyBand> bands;  ///< bands whose RMS height and slope are reported
+  // The results:
+  std::vector<Measurement> data;   ///< clear parts, heights scaled, rejected outliers removed
+  std::vector<ClearRegion> clear;  ///< one for each
   PsdEstimate estimate;
   PsdModelFit result;
 };
@@ -81,13 +81,13 @@ struct RoughnessSum {
 };
 struct RoughnessModel {
   PsdModelOr<PsdTableFile, MeasuredPsd, RoughnessSum> model;
-  std::string name = {};  ///< for people, of a part of a sum
+  std::string name = {};  ///< for readers: name of a part of a sum
 };
 
-/// A measured map as target: least-squares terms.
+/// A measured map as target, fitted by terms in least squares.
 struct MapTarget {
   MeasuredFile source;
-  std::string origin = "circle";  ///< the axis is at the middle of the enclosing circle, of the "grid", or
+  std::string origin = "circle";  ///< the axis is at the centre of the enclosing circle, of the "grid", or
                                   ///< where the "file" has it
   OutlierTreatment outliers = OutlierTreatment::kWarn;
   MapFitOptions fit;
@@ -100,7 +100,7 @@ struct OutputSpec {
   ArrayFormat arrays = ArrayFormat::kNone;
 };
 
-/// What blurs beside the mirror (specify/contributors.h), as the file has it.
+/// A surface other than the mirror that blurs the focus (specify/contributors.h), as the file has it.
 struct OtherSurfaceSpec {
   std::string name;
   RoughnessModel psd;
@@ -113,65 +113,65 @@ struct ContributorsSpec {
   double jitter = 0;  ///< [rad]
 };
 
-/// A measured focus whose PSD is looked for (specify/psd_of_focus.h), as the file has it.
+/// A measured focus, from which a PSD is found (specify/psd_of_focus.h), as the file has it.
 struct FocusSpec {
   std::string file;           ///< as written in the study, relative to it
   std::string kind = "auto";  ///< "curve", "image"; "auto": FITS and many columns are images
-  std::string radius_unit;    ///< of a curve whose file does not say it; may be empty
-  /// Length [m], or an angle as text ("0.1 arcsec"); absent: what the file says, of a curve none.
+  std::string radius_unit;    ///< unit of a curve whose file does not state it; may be empty
+  /// Length [m], or an angle as text ("0.1 arcsec"). Absent: as the file says; a curve has none.
   std::optional<std::variant<std::string, double>> pixel;
-  std::optional<std::variant<std::string, double>> reach;  ///< likewise; absent: all of the data
-  MeasuredFocus measured;  ///< what is known of it; its data and lengths come with run_psd_of_focus
+  std::optional<std::variant<std::string, double>> reach;  ///< likewise; absent: all data
+  MeasuredFocus measured;  ///< known facts; run_psd_of_focus adds data and lengths
 };
 
-/// Which roughness is looked for (specify/solve.h).
+/// The `solve` block: which roughness to find (specify/solve.h).
 struct SolveSpec {
   std::vector<std::string>
-      unknowns;  ///< JSON pointers of numbers of the roughness: one or two, of a focus four
+      unknowns;  ///< JSON pointers of numbers of the roughness: one or two, up to four for a focus
   std::vector<Budget> budgets;
-  double contour_decades = 1;        ///< of two unknowns: how far either way of the study's values
-  std::optional<double> confidence;  ///< share of mirrors that the budgets have to hold for; absent: the mean
+  double contour_decades = 1;        ///< two unknowns: range on either side of the study's values
+  std::optional<double> confidence;  ///< fraction of mirrors that must meet the budgets; absent: the mean
   std::optional<ContributorsSpec> with;
-  std::optional<CeilingsSpec> ceilings;  ///< instead of unknowns: what may be rough at all
-  std::optional<FocusSpec> focus;        ///< instead of budgets: what a measured focus says
+  std::optional<CeilingsSpec> ceilings;  ///< instead of unknowns: how rough the mirror may be at all
+  std::optional<FocusSpec> focus;        ///< instead of budgets: a measured focus
 };
 
-/// A value of the study that varies: a list, or a range of numbers.
+/// A value of the study that varies, by a list or by a range of numbers.
 struct VaryAxis {
   std::string pointer;              ///< JSON pointer into the study
-  std::vector<std::string> values;  ///< of a list, as JSON texts; empty: a range
-  std::string from, to;             ///< of a range: numbers or quantities, as JSON texts
-  int count = 0;                    ///< of a range: values in a grid, both ends among them
-  std::string spacing = "linear";   ///< of a range: "linear", "log", "integers"
+  std::vector<std::string> values;  ///< the list, as JSON texts; empty: a range
+  std::string from, to;             ///< ends of a range: numbers or quantities, as JSON texts
+  int count = 0;                    ///< range: number of values in a grid, both ends included
+  std::string spacing = "linear";   ///< range: "linear", "log", "integers"
 };
 enum class VaryDesign { kGrid, kSobol };
-/// What is computed of a case.
+/// The computation of a sweep for each case.
 enum class CaseLevel {
-  kCheck,  ///< what theory says (method/theory_values.h)
-  kTrace,  ///< statistics of the surface that the seed draws
+  kCheck,  ///< the values of theory (method/theory_values.h)
+  kTrace,  ///< statistics of the seed's random surface
   kFit,    ///< the whole fit with its verdict
   kSolve,  ///< the specification that the study's `solve` block asks for
 };
 std::string to_string(CaseLevel level);
 /// The cases of `aberfit sweep`.
 struct VarySpec {
-  /// All are looked through before the first is done.
+  /// Largest number of cases: the plan goes through all of them before the first runs.
   static constexpr int kMostCases = 10'000'000;
   std::vector<VaryAxis> axes;
   VaryDesign design = VaryDesign::kGrid;
   int cases = 256;         ///< of kSobol
   std::uint64_t seed = 1;  ///< of kSobol: shifts the points
-  int realisations = 1;    ///< seeds of the fit, from the study's own on, for each of them
+  int realisations = 1;    ///< seeds of the fit for each case, counted from the study's own
   CaseLevel run = CaseLevel::kCheck;
 };
 
 /// A mask whose outlines are the aperture.
 struct MaskFile {
   std::string file;
-  double pitch = 0;  ///< of its pixels [m]
+  double pitch = 0;  ///< of pixels [m]
   double margin = 0;
 };
-/// An aperture before its file is read and its spiders are taken off.
+/// An aperture before its file is read and its spiders are removed.
 struct ApertureSpec {
   std::variant<CircleAperture, AnnulusAperture, RectangleAperture, PolygonAperture, SegmentedAperture,
                MaskFile>
@@ -179,38 +179,38 @@ struct ApertureSpec {
   std::vector<Vane> spiders;
 };
 
-/// A task, and what belongs to the file it is written in. A program that fills it needs mirror, aperture,
-/// wavelength and psd (or roughness); what it leaves alone is what a file would leave out.
+/// A task and what belongs to its file. A program that fills it must set mirror, aperture, wavelength and psd
+/// (or roughness). Members left alone mean the same as keys that a file leaves out.
 struct Study : Task {
-  std::string path;                  ///< file it was read from; empty: a program's
-  std::vector<std::string> changes;  ///< put into it, "/json/pointer=value"
-  std::string typed;                 ///< its JSON text with these changes, units as typed; empty: a program's
+  std::string path;                  ///< file it was read from; empty: made by a program
+  std::vector<std::string> changes;  ///< made to it, each "/json/pointer=value"
+  std::string typed;  ///< JSON text with these changes, units as typed; empty: made by a program
   std::string title;
   std::string description;  ///< text for people, of any length
-  std::string schema;       ///< where an editor finds the JSON Schema; nothing else reads it
-  /// The description in the file, where `aperture` is made from it: the file of a mask, or a shape and
-  /// spiders that cover a part of it.
+  std::string schema;       ///< address of the JSON Schema; only editors read it
+  /// The file's description, if `aperture` is computed from it: a mask, or a shape and the spiders that cover
+  /// a part of it.
   std::optional<ApertureSpec> obstructed;
-  std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is the model that it stands for
+  std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is its model
   std::optional<MapTarget> map;             ///< target.map: instead of statistics
   OutputSpec output;
-  /// Surfaces that `verify` draws; absent: as many as its margin needs (method/verify.h).
+  /// Number of surfaces that `verify` draws; absent: as many as its margin needs (method/verify.h).
   std::optional<int> verify_draws;
   std::optional<SolveSpec> solve;
   std::optional<VarySpec> vary;
 };
 
-/// The study with what its other members and the files that it names say: tables, measurements and curves
-/// that are not there yet (relative paths start at the folder of `path`), `psd` of the roughness or, where
-/// that is absent, the roughness of `psd`, and the disc of the known Zernikes. Every command (commands/run.h)
-/// begins with it, so that a study filled by a program is what the same file would be; read_study has done
-/// it. Done again it changes nothing. Throws InputError for files that cannot be read and for what joins
-/// several members and cannot be meant.
+/// Fills in what follows from other members and from the files that the study names. It loads missing tables,
+/// measurements and curves (relative paths start at the folder of `path`). It makes `psd` from the roughness
+/// or, if that is absent, the roughness from `psd`, and sets the disc of the known Zernikes. Every command
+/// (commands/run.h) calls it first, so a study filled by a program equals the same study read from a file.
+/// read_study has called it; a second call changes nothing. Throws InputError for unreadable files and for
+/// members that contradict each other.
 Study completed(Study study);
 
 /// The PSD model of a roughness node, tables included.
 PsdModel psd_model(const RoughnessModel& roughness);
-/// What a `with` block stands for.
+/// The contributors that a `with` block stands for.
 Contributors contributors(const ContributorsSpec& with);
 
 }  // namespace aberfit

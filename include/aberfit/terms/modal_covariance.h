@@ -38,8 +38,6 @@ class CoefficientPrior {
   Eigen::VectorXd colour(const Eigen::VectorXd& white) const;
   /// F^T g.
   Eigen::VectorXd colour_transpose(const Eigen::VectorXd& gradient) const;
-  /// xi with F xi = c, by least squares within each block.
-  Eigen::VectorXd whiten(const Eigen::VectorXd& coefficients) const;
 
  private:
   Eigen::Index size_ = 0;

@@ -35,7 +35,7 @@ struct AbgFit {
   double theta_min = 0, theta_max = 0;  ///< range it was fitted over [rad]
   /// exp(max |log(model/function)|) - 1 and exp(rms log ratio) - 1 at 400 log-spaced sines of the range.
   double largest_error = 0, rms_error = 0;
-  double tis = 0;             ///< of the model, over the hemisphere
+  double tis = 0;             ///< TIS of the model, over the hemisphere
   double light_in_range = 0;  ///< fraction of the total energy that the scatter function sends into the range
   double model_in_range = 0;  ///< the same for the model
   bool at_least_b = false;    ///< b is at its bound `least_b`; the function may go on rising below b^(1/g)

@@ -23,9 +23,9 @@ struct DiscRules {
 /// P(|(offset, 0) + N(0, diag(sigma_radial^2, sigma_tangential^2))| < radius); all lengths [m], both sigmas >
 /// 0, ratio below 10. Where the chord is so long that the tangential Gaussian is inside to rounding, the
 /// radial integral is a difference of error functions. The rest is Gauss-Legendre over the angle whose sine
-/// is chord / diameter, which has no square root at the ends. Cut at 8.5 standard deviations. Absolute error
-/// of the value below 1e-13, measured against the non-central chi-squared distribution for equal sigmas and
-/// for radius / sigma and offset / sigma from 1e-3 to 1e6.
+/// is chord / diameter, which has no square root at the ends. It ends at 8.5 standard deviations. Absolute
+/// error of the value below 1e-13, measured against the non-central chi-squared distribution for equal sigmas
+/// and for radius / sigma and offset / sigma from 1e-3 to 1e6.
 DiscShare gaussian_in_disc(double radius, double offset, double sigma_radial, double sigma_tangential,
                            const DiscRules& rules);
 

@@ -193,7 +193,7 @@ class GeneralisedHarveyShack {
   const GhsPupil& pupil() const { return pupil_; }
   /// One prediction per wavelength of a band; empty for one wavelength.
   const std::vector<std::shared_ptr<const GeneralisedHarveyShack>>& lines() const { return lines_; }
-  double rms_height() const { return rms_height_; }  ///< of the whole PSD [m]
+  double rms_height() const { return rms_height_; }  ///< RMS height of the whole PSD [m]
   double g() const {
     return g_;
   }  ///< 4 pi sigma/lambda, sigma [m] over the frequencies that scatter; may be infinite
@@ -201,11 +201,6 @@ class GeneralisedHarveyShack {
   double cut_share() const { return cut_share_; }
   double core_share() const { return core_; }  ///< specular fraction exp(-g^2), averaged over the aperture
   double tis() const;                          ///< total integrated scatter 1 - core_share
-  /// Angle-spread function in the focus: scattered energy, without the specular core, per unit of
-  /// direction-cosine area [1/sr]. theta [rad] is the angle from the specular direction. Times cos(theta) it
-  /// is per solid angle; 2 pi int ASF sin d(sin) = `tis`. Direction cosines keep it shift-invariant beyond 10
-  /// degrees. It neglects obliquity and polarisation, so it needs theta < 30 degrees and g theta^2 << 1.
-  double angle_spread(double theta) const;
   /// exp(-E) at the pupil shear x >= 0 [m], averaged over the aperture.
   double surface_transfer(double x) const;
   /// The same at ascending shears x [m], averaged over the overlap of the aperture with its copy. For a
@@ -247,7 +242,7 @@ class GeneralisedHarveyShack {
   bool is_band() const { return !lines_.empty(); }
   double share(std::size_t line) const;
   double mean_of_lines(const std::function<double(const GeneralisedHarveyShack& line)>& of) const;
-  double highest_frequency() const;  ///< of the image in the focus [cycles/m]
+  double highest_frequency() const;  ///< highest frequency of the image in the focus [cycles/m]
   /// The weighted sum of the transfer functions of all wavelengths, over the cutoff of the shortest one.
   MeanSpot sum_of_lines(double dz, const std::function<MeanSpot(std::size_t line)>& spot) const;
 

@@ -10,7 +10,7 @@ namespace aberfit {
 
 class AberratedLight;
 
-// Properties of the mean focal irradiance that are no statistics of rays (PHYSICS 2, "Of light alone").
+// Properties of the mean focal irradiance that are no statistics of rays (PHYSICS 2, "By wave optics alone").
 
 /// TIS: fraction of the energy that is scattered, 1 - core.
 struct TotalScatter {};
@@ -33,7 +33,7 @@ inline constexpr double kWavelengthOfR0 = 500e-9;  ///< [m]
 /// BSDF [1/sr] of an infinite flat patch at normal incidence (ScatterFunction), not smoothed by the aperture.
 /// The scatter is isotropic, so the value holds in every plane through the normal.
 struct PatchBsdf {
-  double theta = 0;  ///< from the specular direction [rad], in (0, pi/2)
+  double theta = 0;  ///< angle from the specular direction [rad], in (0, pi/2)
 };
 /// StrehlRatio and ModulationTransfer are also statistics.
 using LightProperty = std::variant<StrehlRatio, TotalScatter, ModulationTransfer, EnsquaredSide,

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "aberfit/roughness/psd.h"
@@ -21,21 +22,30 @@ struct FocalDisc {
   bool is_end_of_width = false;
 };
 
+/// The disc whose energy decides a statistic to first order.
+struct DecidingDisc {
+  FocalDisc disc;
+  double unit = 0;  ///< > 0: energy in the disc for a relative difference of 1
+};
+/// Of an aim (`aim_of`). Nothing for properties of the surface or of rays, or where no disc does.
+std::optional<DecidingDisc> deciding_disc(const Target& aim, const GeneralisedHarveyShack& mean);
+
 /// A rough mirror whose realisations are compared with their mean.
 struct SpreadProblem {
-  const RadialPsd& psd;                ///< of all the roughness
-  const Mirror& mirror;                ///< its departure from the parabola counts
-  const Aperture& aperture;            ///< any aperture
-  double wavelength = 0;               ///< > 0 [m]
-  const GeneralisedHarveyShack& mean;  ///< of the same psd, mirror, aperture, wavelength and departure
+  const RadialPsd& psd;      ///< of all the roughness
+  const Mirror& mirror;      ///< its departure from the parabola counts
+  const Aperture& aperture;  ///< any aperture
+  double wavelength = 0;     ///< > 0 [m]
+  const GeneralisedHarveyShack&
+      mean;  ///< mean spot of the same psd, mirror, aperture, wavelength and departure
   /// Height [m] at x, y [m] on top of the mirror's own surface; may be empty.
   std::function<double(double, double)> departure = {};
 };
 
-/// How much mirrors differ from each other because of the roughness above a frequency f_c, the cut. It is the
-/// standard deviation of E(r), the energy within r, over mirrors with the same surface below f_c and
-/// independent realisations of the roughness above it. The mean is the spot of the common surface with the
-/// mean transfer function of the rest. With k = 4 pi/lambda and F = f_focal + dz,
+/// Differences between mirrors because of the roughness above a frequency f_c, the cut. They are
+/// given as the standard deviation of E(r), the energy within r, over mirrors with the same surface below f_c
+/// and independent realisations of the roughness above it. The mean is the spot of the common surface with
+/// the mean transfer function of the rest. With k = 4 pi/lambda and F = f_focal + dz,
 ///   var E(r) = int_{f > f_c} S (|FT[dE/dh]|^2 + M) d2f + (2/area) int_{f > f_c} (S dE/dS)^2 d2f,
 ///   dE/dS(f) = k^2 [E(disc shifted by lambda F f) - E(disc)].
 ///
@@ -45,20 +55,20 @@ struct SpreadProblem {
 /// realisation differs from S, which moves the whole spot. M: pairs of different frequencies. The lower one
 /// scatters energy that the higher one moves across the edge of the disc; for each f
 ///   M = (k^2/area) int [K I_h I_h' + (I_c I_h' + I_h I_c')/2] (|p - p'| - |e|)^2 d2q,
-/// see ScrambledLight in src/theory. M replaces the speckle formula of PHYSICS 10 for a g of the rest
-/// above 1. It needs no threshold, conserves energy, and also holds where all the roughness is strong and the
-/// rest weak.
+/// see ScrambledLight in src/theory. The formula for fully developed speckle needs a g of the rest above 1. M
+/// needs no threshold, conserves energy, and also holds where all the roughness is strong and the rest weak.
 ///
 /// The wave that interferes with a symmetric mirror's own is odd in dz. It moves N(z) along the axis and does
 /// not change its width. The periodogram moves both planes alike. Pairs at the end of the width and in the
 /// focus count as correlated with rho = 1/2, a measured value; widths without a core have 0.13 to 0.66.
 ///
-/// Error, measured with realisations (tests/theory/drawn_mirrors.h) of Gaussian, k-correlation, power-law and
-/// uniform PSDs (g = 0.1 to 5, circle and annulus, up to two waves of defocus, 15 to 97 % of the energy):
-/// predicted over measured is within a factor 1.3 for 93 % and within 1.5 for 98 % of spreads above 0.1 % of
-/// the energy; the median is 1.04. The prediction is too small, down to a factor 0.32, in the outermost
-/// energy of strong smooth surfaces: few facets of the mirror send energy there. It is too large, up to 3.5,
-/// at cuts near one cycle across: the periodogram of so few cycles differs from that of the formula.
+/// The error was measured with realisations (tests/theory/drawn_mirrors.h) of Gaussian, k-correlation,
+/// power-law and uniform PSDs (g = 0.1 to 5, circle and annulus, up to two waves of defocus, 15 to 97 % of
+/// the energy). Of spreads above 0.1 % of the energy, 93 % are predicted within a factor 1.3 and 98 % within
+/// 1.5. The median of predicted over measured is 1.04. The prediction is too small, down to a factor 0.32, in
+/// the outermost energy of strong smooth surfaces: few facets of the mirror send energy there. It is too
+/// large, up to 3.5, at cuts near one cycle across: the periodogram of so few cycles differs from that of the
+/// formula.
 ///
 /// The constructor does all the costly work, for all cuts. A plane takes tens of milliseconds, plus its mean
 /// spot. Beyond about 25 waves of defocus the grid of dE/dh, 512 points across, leaves out its highest
@@ -87,6 +97,8 @@ class RealisationSpread {
   /// slopes have (2 pi f)^2 S in place of S. 0 where the RMS of all the roughness is infinite.
   double rms_height(double cut) const;
   double rms_slope(double cut) const;
+  /// That of a moment of the surface, to first order; NaN for other statistics.
+  double of_moment(const Statistic& moment, double cut) const;
 
   /// Lowest frequency [cycles/m]: f_min, at least 1/20 of a cycle across. Longer waves only tilt the mirror.
   double lowest() const;

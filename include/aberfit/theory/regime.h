@@ -10,7 +10,7 @@ namespace aberfit {
 
 /// Dimensionless numbers of a scene that decide which model it needs (PHYSICS 7).
 struct SceneNumbers {
-  double rms_height = 0;           ///< of the whole PSD [m]; may be infinite
+  double rms_height = 0;           ///< RMS height of the whole PSD [m]; may be infinite
   double relevant_rms_height = 0;  ///< over the frequencies below 1/lambda, which alone scatter [m]
   double cut_share = 0;            ///< fraction of the height variance above 1/lambda
   double rms_slope_per_axis = 0;

@@ -26,10 +26,10 @@ class HigherOrders;
 /// BSDF is per unit of direction-cosine area; the ASF per solid angle is BSDF cos(theta). Neither contains
 /// the specular energy exp(-g^2). Reflectance 1; no polarisation and no obliquity factor, as in the focus.
 ///
-/// Error of the higher orders: their kinks (at sums and differences of sharp band edges, among them 0) and
-/// the edge of the highest frequency are rounded over 0.5 % of their frequency. That is 5e-4 near kinks (test
-/// BeyondTheBandIsTheSecondOrder). The rounding error is 1e-11 of the energy per octave of angle. Integral
-/// against TIS: below 1e-7 for g = 0.01-5. Const use from many threads is safe.
+/// The higher orders have kinks at sums and differences of sharp band edges, among them 0. The kinks and the
+/// edge of the highest frequency are rounded over 0.5 % of their frequency. The error is 5e-4 near kinks
+/// (test BeyondTheBandIsTheSecondOrder). The rounding error is 1e-11 of the energy per octave of angle. The
+/// integral differs from TIS by less than 1e-7 for g = 0.01-5. Const use from many threads is safe.
 class ScatterFunction {
  public:
   /// rest: the roughness that scatters, any RadialPsd, also a zero one; wavelength > 0 [m]. Throws
@@ -39,7 +39,6 @@ class ScatterFunction {
 
   /// [1/sr] at theta [rad], |theta| <= pi/2; infinite at 0 where S is.
   double bsdf(double theta) const;
-  double asf(double theta) const;
   /// Fraction of the total energy that is scattered to within theta of the specular direction; `tis` at pi/2.
   double within(double theta) const;
 
@@ -51,7 +50,7 @@ class ScatterFunction {
   double tis() const { return tis_; }                  ///< 1 - exp(-g^2)
   double cut_share() const { return cut_share_; }      ///< fraction of the height variance above 1/lambda
   double renormalisation() const { return renorm_; }   ///< the factor K
-  double lowest_sine() const { return lowest_sine_; }  ///< below it flat or a power law
+  double lowest_sine() const { return lowest_sine_; }  ///< below it the function is flat or a power law
   /// Largest part of the higher orders that the panels could not resolve; normally 0.
   double unresolved() const;
 
@@ -85,10 +84,11 @@ struct ScatterTable {
 /// Rows at log-spaced sines and at every bend of S, from the lowest sine of interest to 90 degrees; at least
 /// `rows_per_decade` >= 1 of them. The lowest sine is a hundredth of that of f_min. Where the band starts at
 /// 0, it is a thousandth of 1/(2 pi x), x the lag at which E is half of min(g^2, 1). A jump of S lies between
-/// two rows, at a relative 1e-6 below and above its sine. Intervals are halved, up to eight times, until
-/// log-log interpolation of the BSDF is right to 1e-3 in their middle, where it is above 1e-4 of its largest
-/// value, and the energy between rows is right to 3e-6 of the TIS. tis_within is exact at the rows. Between
-/// rows it is nearly linear in the square of the sine, which is the variable for sampling angles.
+/// two rows, at a relative 1e-6 below and above its sine. Intervals are halved, up to eight times, until two
+/// errors are small. The energy between rows is right to 3e-6 of the TIS. Log-log interpolation of the BSDF
+/// is right to 1e-3 in the middle, if the BSDF there is above 1e-4 of its largest value. tis_within is exact
+/// at the rows. Between rows it is nearly linear in the square of the sine, which is the variable for
+/// sampling angles.
 ScatterTable scatter_table(const ScatterFunction& scatter, int rows_per_decade = 20);
 
 }  // namespace aberfit

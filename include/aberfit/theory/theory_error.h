@@ -12,7 +12,7 @@ inline constexpr double kMostBeyondTenDegrees = 1e-3;
 /// Fraction from which the theory does not apply: the default range of 95 % of the energy reaches there.
 inline constexpr double kTooMuchBeyondTenDegrees = 0.05;
 /// Part of the energy beyond 10 degrees that the neglected obliquity factor and polarisation may move. It is
-/// sin^2 of 30 degrees, the largest angle of use (`angle_spread`).
+/// sin^2 of 30 degrees, the largest angle of use.
 inline constexpr double kObliquity = 0.25;
 /// Wavelength [m] below which mirrors mostly work at grazing, not at normal, incidence.
 inline constexpr double kShortestAtNormalIncidence = 30e-9;
@@ -39,9 +39,9 @@ TheoryError theory_error(const RadialPsd& psd, const Mirror& mirror, const Apert
                          double wavelength);
 
 /// Largest error of geometric rays against wave optics over the fractions and planes (dz [m]), in tolerances
-/// of a margin of 1 (PHYSICS 7): |E_rays(r_p) - p| / max(r dE/dr, 0.35), r_p the radius with the fraction p
-/// in wave optics, dE/dr its slope. Rays suffice below a third of a study's margin. Infinity for infinite
-/// radii.
+/// of a margin of 1 (PHYSICS 7). The error is |E_rays(r_p) - p| / max(r dE/dr, 0.35). In wave optics the
+/// radius r_p has the fraction p and the slope dE/dr. Rays suffice below a third of a study's margin.
+/// Infinity for infinite radii.
 double ray_error_in_light(const GeneralisedHarveyShack& light, const GeometricHarveyShack& rays,
                           const std::vector<double>& fractions, const std::vector<double>& planes);
 

@@ -3,20 +3,20 @@
 
 namespace aberfit {
 
-/// How the mean spot of a rough mirror is computed; targets without a value come from it.
+/// Theory of the mean spot of a rough mirror; targets without a value come from it.
 enum class Theory {
   kGeometric,  ///< Gaussian ray deflections in closed form (GeometricHarveyShack)
   kRays,       ///< the same by Monte Carlo: rays with random deflections (the paper's Harvey-Shack branch)
   kGhs,        ///< generalised Harvey-Shack, wave optics (GeneralisedHarveyShack)
 };
 
-/// How a surface slope grad h turns into a ray deflection in the Harvey-Shack branch (PHYSICS 1).
+/// Law by which a surface slope grad h turns into a ray deflection in the Harvey-Shack branch (PHYSICS 1).
 enum class Convention {
   kPhysical,  ///< law of reflection: the ray turns by twice the slope
   kPaper,     ///< D = -grad h added to the unit ray, which is renormalised: half the physical deflection
 };
 
-/// How focal statistics are computed from a surface.
+/// Method that computes focal statistics from a surface.
 enum class FocusModel {
   kRays,   ///< order statistics and moments of the traced rays
   kWaves,  ///< diffraction of the pupil field, phase 4 pi h/lambda

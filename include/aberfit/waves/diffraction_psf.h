@@ -201,9 +201,8 @@ using GradientReduction = std::function<Eigen::ArrayXd(const Eigen::ArrayXd& d_h
 ///   encircled-energy radius costs one.
 ///   SpotFwhm: from the transfer function along x and y, between the outermost half crossings; bandwidth 0 is
 ///   allowed.
-///   RmsHeight: RMS of the surface, weighted by area.
-///   ScatterRms, ScatterMean, RmsRadius: always NaN, because a sharp edge scatters as 1/r^3 and the second
-///   moments diverge in wave optics. Use traced rays for them.
+///   RmsRadius and moments of the surface: always NaN. A sharp edge scatters as 1/r^3, whose second moment
+///   diverges. Use traced rays for them.
 /// Returns false when any value or gradient does not exist: no such plane, heights that are not finite, no
 /// root inside the field of view, too many aliased cells, a radius in a dark ring. Results do not depend on
 /// `threads`, to the last bit.

@@ -1,7 +1,7 @@
 # title: Scatter function
-# caption: Bidirectional scatter distribution of the roughness over the angle from the mirror's normal
-#   incidence reflection: of the whole specification, and of the part that no term carries and that ray
-#   tracers take as a scatter model beside the terms.
+# caption: Bidirectional scatter distribution over the angle from the specular direction, at normal incidence.
+#   One curve is for the whole specification. The other is for the part that no term carries; ray tracers use
+#   it as scatter model beside the terms.
 # alt: BSDF over scatter angle of the whole specification and of the part that no term carries.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 800

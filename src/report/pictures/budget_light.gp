@@ -1,7 +1,7 @@
-# title: Light and budget
-# caption: Encircled energy by theory over a logarithmic radius, of the study as it stands, of the roughness
-#   that was solved for, and of the mirror without roughness. A mark is an encircled energy that is budgeted:
-#   the solution's curve passes on its left, or through it where that budget binds.
+# title: Encircled energy and budget
+# caption: Encircled energy by theory over a logarithmic radius: for the study as it stands, for the roughness
+#   that was found, and for the mirror without roughness. A mark is a budget for encircled energy. The curve
+#   of the solution passes on its left, or through it where that budget is the limit.
 # alt: Encircled energy over logarithmic radius with the budget marked.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1100; height = 750

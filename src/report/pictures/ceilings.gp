@@ -1,7 +1,7 @@
 # title: How rough the mirror may be
-# caption: The level of profile PSD that one octave of frequencies may have if nothing else is rough, and
-#   straight lines A/f^B that may be used up over the whole band (the form of ISO 10110-8). Octaves cannot all
-#   be at their ceiling together; a line can be specified as it is.
+# caption: Largest level of the profile PSD that one octave of frequencies may have if all others are smooth,
+#   and straight lines A/f^B that may be used over the whole band (as in ISO 10110-8). Octaves cannot all be
+#   at their ceiling together; a line can be specified as it is.
 # alt: Ceilings of the one-sided profile PSD over spatial frequency.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1000; height = 750

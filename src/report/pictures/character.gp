@@ -1,13 +1,13 @@
 # title: Character of the surface
-# caption: The fitted surface beside random realisations of its roughness: left its PSD over that of the
-#   specification, right the RMS slope of zones of the aperture. A surface inside the bands is one of the
-#   roughness, not only one with the same focus.
+# caption: The fitted surface compared with random realisations of its roughness. Left, its PSD over that of
+#   the specification; right, the RMS slope of zones of the aperture. A surface inside the bands looks like
+#   this roughness; it does not only have the same focus.
 # alt: PSD and slopes of the fitted surface with the bands that hold 99 % of realisations.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 720
 load 'common.gp'
 
-set multiplot layout 1,(1+has_psd) title head('The surface beside realisations of its roughness') font ',16'
+set multiplot layout 1,(1+has_psd) title head('The surface and realisations of its roughness') font ',16'
 if (has_psd) {
   set logscale y; eval f_axis
   set xlabel 'spatial frequency [cycles/m]'; set ylabel 'PSD over that of the specification'

@@ -1,7 +1,7 @@
 # title: Error against time
-# caption: Each mark is a setting, with the error it makes and the time it takes (bars: quartiles). On the
-#   grey stairs nothing that was measured is better; a large circle is what runs today, a red diamond the
-#   cheapest setting within the tolerance.
+# caption: Each mark is a setting with its error and its time (bars: quartiles). On the grey stairs no
+#   measured setting is better. A large circle is the study's setting, a red diamond the cheapest one within
+#   the tolerance.
 # alt: Error over time of every setting, by method.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 850
@@ -24,12 +24,12 @@ if (tolerance > 0) {
 mark(m) = int(word('7 5 9 11 13 7 5', (m-1)%7+1))
 plot for [i=1:frontier] name.'_frontier.dat' using 1:4 with steps linecolor rgb '#d4d4d4' linewidth 5 \
     dashtype 1 \
-    title 'nothing measured is better', \
+    title 'best of those measured', \
   for [m=1:methods] name.'_methods.dat' index m-1 using 1:4:2:3 with xerrorbars pointtype mark(m) \
       pointsize 0.9 \
     linewidth 1.2 dashtype 1 linecolor rgb colour[(m-1)%7+1] title method[m], \
   for [i=1:today] name.'_today.dat' using 1:4 with points pointtype 6 pointsize 2 linewidth 2 \
-    linecolor rgb '#000000' title 'today', \
+    linecolor rgb '#000000' title 'setting of the study', \
   for [i=1:cheapest] name.'_cheapest.dat' using 1:4 with points pointtype 12 pointsize 2.8 linewidth 2 \
     linecolor rgb '#AA0000' title 'cheapest within tolerance', \
   for [i=1:labels] name.'_labels.dat' using 1:2:4:('0x'.colour[$3][2:7] + 0) with labels font ',11' \

@@ -13,7 +13,7 @@ if (format eq 'svg') {
 } }
 set output name.'.'.format
 
-# The title of a picture: `text` and the title of the study, as long as there is room.
+# The title of a picture: `text` and the title of the study, cut to the width.
 whole_title(text) = strlen(study) ? text.' - '.study : text
 most = width / 11
 head(text) = strlen(whole_title(text)) > most ? whole_title(text)[1:most].'...' : whole_title(text)
@@ -29,12 +29,12 @@ light_palette = "set palette defined (0 '#000004', 1 '#1b0c41', 2 '#4a0c6b', 3 '
 value_palette = "set palette defined (0 '#fde725', 0.25 '#5ec962', 0.5 '#21918c', 0.75 '#3b528b', \
   1 '#440154')"
 
-# Axes of a matrix with points x_first + k*x_pitch [m] and likewise in y: `matrix using 1:2:3 axes x2y2` then
-# needs no expression a point, which would take gnuplot three times as long.
+# These are the axes of a matrix with points x_first + k*x_pitch [m], and likewise in y. `matrix using 1:2:3
+# axes x2y2` then needs no expression per point, which would take gnuplot three times as long.
 pixel_axes = "set link x2 via (x/x_scale - x_first)/x_pitch inverse (x*x_pitch + x_first)*x_scale; \
   set link y2 via (y/x_scale - y_first)/y_pitch inverse (y*y_pitch + y_first)*x_scale"
 
-# Line types 1, 2 and 3: ideal mirror, target, fitted surface.
+# Line types 1, 2 and 3 are ideal mirror, target and fitted surface.
 set linetype 1 linecolor rgb ideal_colour linewidth 2 dashtype 3
 set linetype 2 linecolor rgb target_colour linewidth 2.5 dashtype 1
 set linetype 3 linecolor rgb fitted_colour linewidth 2.5 dashtype (12,5)

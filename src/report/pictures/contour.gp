@@ -1,7 +1,7 @@
 # title: Where the budget is met
-# caption: The curve of both unknowns on which the strictest budget is met exactly; the note in the key says
-#   on which side of it the budgets hold. The cross is the study as it stands, the square the solution for its
-#   second unknown.
+# caption: Curve of the two unknowns on which the strictest budget is met exactly. The key says on which side
+#   of it the budgets hold. The cross is the study as it stands, the square the solution for its second
+#   unknown.
 # alt: Contour of two numbers of the roughness on which the budget is met.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1000; height = 750

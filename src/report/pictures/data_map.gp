@@ -1,6 +1,6 @@
 # title: Measured map
-# caption: The measured heights after detrending, as the PSD is estimated from them; colours reach to 99.9 %
-#   of the points, so that a spike takes the last colour. A dashed line is the clear aperture.
+# caption: Measured heights after detrending, as the PSD is estimated from them. The colours span 99.9 % of
+#   the points; a spike has the last colour. A dashed line is the clear aperture.
 # alt: Map of the detrended measured heights.
 # format: png
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 1050

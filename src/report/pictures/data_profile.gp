@@ -1,6 +1,6 @@
 # title: Measured profile
-# caption: The measured heights after detrending, as the PSD is estimated from them. Steps and spikes spoil
-#   a PSD.
+# caption: Measured heights after detrending, as the PSD is estimated from them. Steps and spikes distort a
+#   PSD.
 # alt: Detrended height over position along the measured profile.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 600

@@ -1,7 +1,7 @@
 # title: Deflections of the rays
-# caption: How far rays turn away from those of the ideal mirror: along x, y and z, and in all. Harvey-Shack
-#   draws them from Gaussians, whose magnitude follows Rayleigh's law; the terms of one realisation come close
-#   to these as far as they have enough independent patches.
+# caption: Angle between each ray and that of the ideal mirror: along x, y and z, and its magnitude. Harvey-
+#   Shack takes them from Gaussians, so that the magnitude follows Rayleigh's law. The terms of one
+#   realisation come close to these laws if the surface has enough independent patches.
 # alt: Histograms of deflections for Harvey-Shack and aberration terms with the laws they follow.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1400; height = 1100

@@ -1,6 +1,6 @@
 # title: Encircled energy
-# caption: Fraction of the light within a radius of the centre, in the plane z = f. Vertical lines mark the
-#   radii that hold 50 % and 90 % of it, circles the values that the terms were fitted to. The lower panel
+# caption: Fraction of the energy within a radius of the centre, in the plane z = f. Vertical lines mark the
+#   radii that hold 50 % and 90 % of it; circles are the values that the terms were fitted to. The lower panel
 #   shows fitted minus target.
 # alt: Encircled energy over radius for the ideal mirror, the target and the fitted surface, and the
 #   difference of the last two.
@@ -31,7 +31,7 @@ if (has_target) {
   unset arrow
   set size 1,0.34; set origin 0,0
   set format x '%g'; set xlabel axis('radius', r_unit)
-  set ylabel 'difference [% of light]'
+  set ylabel 'difference [% of energy]'
   set autoscale y; set ytics difference_step
   plot for [i=1:counted] 'ee_curves.dat' using ($1*r_scale):(-100*$5):(100*$5) with filledcurves \
       fillcolor rgb '#cfe3f2' title 'sampling error of the target, 1 sigma', \

@@ -1,7 +1,7 @@
 # title: Core of the focus
 # caption: The middle of the focus, a few Airy radii wide; 1 is the peak of the ideal mirror. The dashed
-#   circle is its first dark ring, 1.22 lambda f/D. What roughness takes from the peak is in the halo around
-#   it.
+#   circle is the first dark ring of the ideal mirror, 1.22 lambda f/D. Energy that roughness takes from the
+#   peak is in the halo around it.
 # alt: Images of the core of the focus for ideal mirror, target and fitted surface.
 # format: png
 name = ARG0[1:strlen(ARG0)-3]; width = 1500; height = 620

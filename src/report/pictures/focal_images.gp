@@ -1,9 +1,9 @@
 # title: Spots near focus
-# caption: Light in three planes as a camera sees it, on one logarithmic scale; the dashed circle holds 90 %
-#   of the target's light at z = f. Target and fitted surface spread the light alike, though the target is a
-#   mean over mirrors and smooth, while one mirror has speckle.
-# alt: Images of the light before, at and behind the focus, one row each for ideal mirror, target and fitted
-#   surface.
+# caption: Irradiance in three planes on one logarithmic scale. The dashed circle holds 90 % of the target's
+#   energy at z = f. Target and fitted surface have the same spread of energy, but the target is a smooth mean
+#   over mirrors, and one mirror has speckle.
+# alt: Images of the irradiance before, at and behind the focus, one row each for ideal mirror, target and
+#   fitted surface.
 # format: png
 name = ARG0[1:strlen(ARG0)-3]; width = 1500
 load 'common.gp'
@@ -15,7 +15,7 @@ unset grid; unset key
 set size ratio -1; set tics out
 set xrange [-half*x_scale:half*x_scale]; set yrange [-half*x_scale:half*x_scale]
 set logscale cb; set cbrange [faintest:brightest]; set format cb '%.0e'
-set cblabel 'fraction of the light per pixel   (dashed: ee90 at z = f)' offset 1.5,0
+set cblabel 'fraction of the energy per pixel   (dashed: ee90 at z = f)' offset 1.5,0
 eval light_palette
 eval pixel_axes
 do for [row=1:rows] {

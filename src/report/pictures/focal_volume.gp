@@ -1,13 +1,12 @@
 # title: Focal volume
-# caption: Light along x in planes through the focus, by rays; colours go with the square root of the
-#   brightness. The waist is a point for the ideal mirror; for Harvey-Shack and terms it is as wide and as
-#   deep as the scatter makes it.
-# alt: Light over x and distance from the focus for ideal mirror, Harvey-Shack and aberration terms.
+# caption: Irradiance along x in planes through the focus, by rays; colours show its square root. The waist is
+#   a point for the ideal mirror. For Harvey-Shack and terms the scatter sets its width and depth.
+# alt: Irradiance over x and distance from the focus for ideal mirror, Harvey-Shack and aberration terms.
 # format: png
 name = ARG0[1:strlen(ARG0)-3]; width = 1100; height = 1300
 load 'common.gp'
 
-set multiplot layout 3,1 title head('Focal volume, colour: root of the brightness') font ',16'
+set multiplot layout 3,1 title head('Focal volume, colour: root of the irradiance') font ',16'
 unset key; unset grid; unset colorbox
 set tics out; set cbrange [0:1]
 eval light_palette

@@ -1,8 +1,8 @@
-# title: Light of the measured focus
-# caption: The measured focus and that of the roughness found, and below what is left in standard deviations
-#   of the noise (and of one mirror's own spread). Points within two of zero, without a trend, say that the
-#   roughness describes the focus.
-# alt: Measured and fitted light over radius, and the difference in standard deviations.
+# title: The measured focus
+# caption: Above, the measured focus and that of the fitted roughness. Below, their difference in standard
+#   deviations (noise, and spread of single mirrors). If the points lie within two of zero and show no trend,
+#   the roughness describes the focus.
+# alt: Measured and fitted energy over radius, and the difference in standard deviations.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1000; height = 900
 load 'common.gp'
@@ -11,8 +11,8 @@ set multiplot
 set lmargin at screen 0.12; set rmargin at screen 0.97
 eval r_axis; set format x ''
 set tmargin at screen 0.93; set bmargin at screen 0.36
-set title head('Light of the measured focus')
-set ylabel is_image ? 'mean light of a pixel of the ring [unit of the image]' : 'encircled energy'
+set title head('The measured focus')
+set ylabel is_image ? 'mean value of a pixel of the ring [unit of the image]' : 'encircled energy'
 if (logarithmic) { set logscale y; set format y '%g' }
 if (is_image) { set key inside top right vertical } else { set key inside bottom right vertical }
 plot 'focus.dat' using ($1*r_scale):2:4 with yerrorbars dashtype solid pointtype 7 pointsize 0.7 \

@@ -1,6 +1,6 @@
 # title: Sets of terms that were tried
-# caption: Each mark is a set of terms: above, its worst fitted statistic, in tolerances; below, its worst
-#   held-out statistic, judged on fresh rays or another grid, and the time it took. Sets below both dashed
+# caption: Each mark is a set of terms: above, its worst fitted statistic in tolerances; below, its worst
+#   held-out statistic, judged on fresh rays or another grid, and the time of the fit. Sets below both dashed
 #   lines pass; the square was taken.
 # alt: Mismatch of fitted and held-out statistics over the number of terms.
 # format: svg
@@ -8,7 +8,7 @@ name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 900
 load 'common.gp'
 
 time_colour = ideal_colour
-set multiplot layout 2,1 title head(fewest ? 'Fewest terms that do' : 'Sets of terms that were tried') \
+set multiplot layout 2,1 title head(fewest ? 'Fewest terms that pass' : 'Sets of terms that were tried') \
     font ',16'
 set logscale xy; set xrange [low:high]; set lmargin 10; set rmargin 10
 eval 'set xtics '.term_tics

@@ -1,5 +1,5 @@
 # title: Slopes of the fitted surface
-# caption: Left, how often a slope occurs, weighted by light, with Gaussians of the same width. Right, the
+# caption: Left, the distribution of slopes, weighted by energy, with Gaussians of the same width. Right, the
 #   slopes themselves with ellipses of 1, 2 and 3 standard deviations. A rough surface has Gaussian slopes,
 #   alike in x and y.
 # alt: Densities of the slopes along x and y, and a cloud of both.

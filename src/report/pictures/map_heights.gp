@@ -1,12 +1,12 @@
 # title: Map, terms and residual
-# caption: The measured map without piston and tilt, the terms fitted to it, and what they leave. The first
-#   two share their colours; the residual has its own. Single points that stand out take the last colour.
+# caption: The measured map without piston and tilt, the terms fitted to it, and the residual. The first two
+#   have the same colours; the residual has its own. Single outliers have the last colour.
 # alt: Height maps of measurement, fitted terms and residual side by side.
 # format: png
 name = ARG0[1:strlen(ARG0)-3]; width = 1800; height = 640
 load 'common.gp'
 
-set multiplot title head('Measured map without piston and tilt, its terms, and what they leave') font ',16'
+set multiplot title head('Measured map without piston and tilt, its terms, and the residual') font ',16'
 unset key; unset grid
 set size ratio -1; set tics out
 eval signed_palette
@@ -23,7 +23,7 @@ do for [k=1:3] {
   set cbrange [-reach[k]*1e9:reach[k]*1e9]
   if (k == 1) { unset colorbox } else {
     set colorbox user origin screen left[k] + 0.243,0.16 size screen 0.012,0.66
-    set cblabel (k == 2 ? 'height of both [nm], colours of 99.9 %' : 'height [nm], colours of 99.9 %') \
+    set cblabel (k == 2 ? 'height of both [nm], colours span 99.9 %' : 'height [nm], colours span 99.9 %') \
         offset 1,0
   }
   plot 'map_heights_'.word('measured fitted residual', k).'.dat' matrix \

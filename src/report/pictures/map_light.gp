@@ -1,21 +1,21 @@
-# title: Light of the map
-# caption: Above, the focus of the measured map, of its terms alone, and of the terms with the residual as
-#   scatter; circles hold 80 % of the light, dashed ones have the width of the spot. Below, their encircled
-#   energies beside the perfect mirror's.
+# title: PSF of the map
+# caption: Above, the PSF of the measured map, of its terms alone, and of the terms with the residual as
+#   scatter. Circles hold 80 % of the energy; dashed ones have the width of the spot. Below, the encircled
+#   energies and that of the perfect mirror.
 # alt: Diffraction images of the map, its terms and terms with residual PSD, and encircled energy over
 #   radius.
 # format: png
 name = ARG0[1:strlen(ARG0)-3]; width = 1500
 load 'common.gp'
 
-set multiplot title head('Light of the map in focus (circles: ee80; dashed, across: FWHM)') font ',16'
+set multiplot title head('PSF of the map (circles: ee80; dashed: FWHM)') font ',16'
 if (images) {
   half = -x_first
   unset key; unset grid
   set size ratio -1; set tics out
   set xrange [-half*x_scale:half*x_scale]; set yrange [-half*x_scale:half*x_scale]
   set logscale cb; set cbrange [faintest:1]; set format cb '%.0e'
-  set cblabel "irradiance / perfect mirror's peak" offset 1,0
+  set cblabel "irradiance / peak of the perfect mirror" offset 1,0
   eval light_palette
   set xlabel axis('x', x_unit); set ylabel axis('y', x_unit)
   set bmargin at screen 0.52; set tmargin at screen 0.90

@@ -1,7 +1,7 @@
 # title: Modulation transfer function
-# caption: Contrast of a sinusoidal pattern in the focus over its frequency, up to where the aperture ends
-#   it. Lines of ideal mirror and fitted surface are means over directions; the band reaches from the worst
-#   direction of the fitted surface to its best. A surface that is equivalent follows the target.
+# caption: Contrast of a sinusoidal pattern in the focus over its frequency, up to the cutoff of the aperture.
+#   Lines of ideal mirror and fitted surface are means over directions; the band reaches from the worst
+#   direction of the fitted surface to its best. An equivalent surface follows the target.
 # alt: Modulation transfer function of ideal mirror, target and fitted surface over spatial frequency.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 800

@@ -1,6 +1,6 @@
 # title: Cuts through the vertex
-# caption: Height of the fitted surface along two lines through the vertex, and below it the slope along
-#   them.
+# caption: Height of the fitted surface along two lines through the vertex, and below it the slope along these
+#   lines.
 # alt: Height and slope of the fitted surface along x and along y.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 900

@@ -1,7 +1,6 @@
 # title: PSD of the measurement
-# caption: Power spectral density of the measured surface in bins with their confidence intervals, and the
-#   model fitted to it. Spectral lines, such as turning marks, are left out of the fit and marked by dashed
-#   lines.
+# caption: Power spectral density of the measured surface in bins with confidence intervals, and the fitted
+#   model. Spectral lines, such as turning marks, are left out of the fit and marked by dashed lines.
 # alt: Measured PSD with intervals and fitted model over spatial frequency.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 800

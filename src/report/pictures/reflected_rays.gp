@@ -1,6 +1,6 @@
 # title: Reflected rays
 # caption: Above left, rays of the ideal mirror from its surface to the focus, seen from the side. The other
-#   panels magnify the focus: the ideal mirror's rays meet in a point, those of Harvey-Shack and of the
+#   panels magnify the focus. The rays of the ideal mirror meet in a point; those of Harvey-Shack and of the
 #   aberration terms spread over a spot.
 # alt: Side views of reflected rays, whole and near the focus, for ideal mirror, Harvey-Shack and aberration
 #   terms.

@@ -1,7 +1,7 @@
 # title: Sensitivities
-# caption: By how many per cent a budgeted value changes where a number of the roughness grows by one per
-#   cent, at the solution; the longest bar is the number that matters most. The margin that is left stands
-#   beside each budget.
+# caption: Change in per cent of each budgeted value when a number of the roughness grows by one per cent, at
+#   the solution. The longest bar is the number that matters most. The remaining margin stands beside each
+#   budget.
 # alt: Bars of the sensitivity of each budget to each number of the roughness.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1000

@@ -1,7 +1,7 @@
 # title: PSD of specification and terms
-# caption: The specified two-sided 2-D power spectral density, and that of the fitted surface in bins. Below
-#   the cut aberration terms carry the roughness, in the shaded band beyond it a scatter function does. The
-#   dotted line is one cycle across the aperture.
+# caption: The specified two-sided 2-D power spectral density, and that of the fitted surface in bins.
+#   Aberration terms carry the roughness below the cut, a scatter function that in the shaded band above it.
+#   The dotted line is one cycle across the aperture.
 # alt: Specified PSD over spatial frequency with the cut between terms and scatter and the PSD of the terms.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 800

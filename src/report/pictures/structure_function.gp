@@ -1,7 +1,7 @@
 # title: Structure function
-# caption: Mean square difference of two heights over their separation, of the detrended measurement and of
-#   the fitted model in its band. It needs no window and no transform, so that it checks the PSD by another
-#   way.
+# caption: Mean square difference of two heights over their separation, for the detrended measurement and for
+#   the fitted model in its band. It needs no window and no transform, so it is an independent check of the
+#   PSD.
 # alt: Structure function of measurement and model over separation.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 800

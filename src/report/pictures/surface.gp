@@ -1,6 +1,6 @@
 # title: Fitted surface
-# caption: Height of the aberration terms over the aperture, seen against the incoming light; red stands out
-#   towards it, blue lies back. Roughness that is left to scatter is not in it.
+# caption: Height of the aberration terms over the aperture, seen from the side of the incoming light: red is
+#   too high, blue too low. Roughness that is left to scatter is not included.
 # alt: Map of the height of the fitted surface over the aperture.
 # format: png
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 1050

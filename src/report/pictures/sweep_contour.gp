@@ -1,6 +1,6 @@
 # title: Lines of equal value
-# caption: Lines on which the statistic has the value that stands on them, over the two numbers that vary.
-#   Dots are the cases that were computed; between them the lines are interpolated.
+# caption: Lines on which the statistic has the value written on them, over the two numbers that vary. Dots
+#   are the computed cases; the lines are interpolated between them.
 # alt: Contour lines of a statistic over two numbers.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1000; height = 750

@@ -1,6 +1,6 @@
 # title: Statistic over what varies
-# caption: The statistic over the first number that varies; a line for each value of the others, or their
-#   median, with bands that hold half and nine tenths of the realisations.
+# caption: The statistic over the first number that varies. There is one line for each value of the other
+#   numbers, or their median with bands that hold 50 % and 90 % of the realisations.
 # alt: Curves of a statistic over the number that varies.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1000; height = 700

@@ -1,6 +1,6 @@
 # title: Statistic over two numbers
-# caption: The statistic by colour over the two numbers that vary: a cell for each pair, with the median of
-#   all else that varies, or a point for each case.
+# caption: The statistic by colour over the two numbers that vary. There is one cell for each pair, with the
+#   median over the other values, or one point for each case.
 # alt: Colour map of a statistic over two numbers.
 # format: png
 name = ARG0[1:strlen(ARG0)-3]; width = 1000; height = 750

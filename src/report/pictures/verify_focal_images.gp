@@ -1,13 +1,13 @@
 # title: Focal images
-# caption: Spots by rays before, at and behind the focus; colours go with the square root of the brightness,
-#   each image has its own. Harvey-Shack and the aberration terms should look alike in size and fall-off,
-#   though one realisation of terms is never round.
+# caption: Spots by rays before, at and behind the focus. Colours show the square root of the irradiance, each
+#   image with its own scale. Harvey-Shack and the aberration terms should agree in size and fall-off,
+#   although one realisation of terms is never round.
 # alt: Images of the spots of ideal mirror, Harvey-Shack and aberration terms in three planes.
 # format: png
 name = ARG0[1:strlen(ARG0)-3]; width = 1400; height = 1450
 load 'common.gp'
 
-set multiplot layout 3,3 title head('Focal images by rays, colour: root of the brightness') font ',16'
+set multiplot layout 3,3 title head('Focal images by rays, colour: root of the irradiance') font ',16'
 unset key; unset grid; unset colorbox
 set size ratio -1; set tics out; set cbrange [0:1]
 eval light_palette

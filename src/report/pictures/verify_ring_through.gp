@@ -1,7 +1,6 @@
 # title: Rays through a ring
-# caption: Fraction of the rays inside a ring, plane by plane along the axis, for each case through its own
-#   ring, which holds 90 % of its rays at z = f. Harvey-Shack and terms should agree in the full width at half
-#   maximum.
+# caption: Fraction of the rays inside a ring, plane by plane along the axis. The ring of each case holds 90 %
+#   of its rays at z = f. Harvey-Shack and terms should agree in the full width at half maximum.
 # alt: Fraction of rays inside a ring over the distance from z = f, three panels.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1100; height = 1200
