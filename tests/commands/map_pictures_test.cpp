@@ -199,7 +199,7 @@ TEST(MapPictures, RefuseWavesThatThePointsDoNotHold) {
   EXPECT_FALSE(fs::exists(folder.file("out/result.json")));
   EXPECT_EQ(run("auto"), 0);
   const std::string summary = read_file(folder.file("out/summary.txt"));
-  EXPECT_NE(summary.find("measured map: no light, the surface is too steep"), std::string::npos) << summary;
+  EXPECT_NE(summary.find("measured map: no PSF, the surface is too steep"), std::string::npos) << summary;
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ TEST(FocusWarnings, SpotFwhmMissingWhereTheBandwidthSeesSingleRays) {
   ASSERT_EQ(none.warnings.size(), 1u);
   EXPECT_EQ(none.warnings[0].code, "spot-fwhm-missing");
   // The RMS radius is sqrt(2) um. The bandwidth that the message recommends must work.
-  EXPECT_NE(none.warnings[0].message.find("1.414 um, and"), std::string::npos) << none.warnings[0].message;
+  EXPECT_NE(none.warnings[0].message.find("1.414 um, so"), std::string::npos) << none.warnings[0].message;
   EXPECT_NE(none.warnings[0].message.find("707.1 pm is wide enough"), std::string::npos)
       << none.warnings[0].message;
   RayBundle line = rays;

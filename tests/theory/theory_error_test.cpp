@@ -70,7 +70,7 @@ TEST(TheoryError, CountsTheLightBeyondTenDegrees) {
   const TheoryError rough = theory_error(RadialPsd(GaussianPsd{10 * sigma, l}), kParabola, kCircle, kLambda);
   EXPECT_NEAR(rough.beyond_ten_degrees / (100 * expected), 1, 2e-2);
   EXPECT_TRUE(rough.applies && rough.wide_angles);  // 0.47 %
-  EXPECT_NE(rough.clause.find("0.1 % of the light"), std::string::npos) << rough.clause;
+  EXPECT_NE(rough.clause.find("0.1 % of the energy"), std::string::npos) << rough.clause;
   EXPECT_FALSE(error.wide_angles);
 }
 
