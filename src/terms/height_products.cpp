@@ -40,8 +40,6 @@ HeightProducts::HeightProducts(const TermSet& terms, const PupilSample& pupil, b
   if (!grid) {
     x_ = pupil.x;
     y_ = pupil.y;
-    members_.assign(4 * std::size_t(pupil.size()), -1);
-    for (Index k = 0; k < pupil.size(); ++k) members_[4 * std::size_t(k)] = std::int32_t(k);
     return;
   }
   const auto columns = std::size_t(grid->x.size()), rows = std::size_t(grid->y.size());
@@ -71,12 +69,13 @@ HeightProducts::HeightProducts(const TermSet& terms, const PupilSample& pupil, b
 void HeightProducts::fold(std::span<const Eigen::ArrayXd> weights, Index begin, int used, int columns,
                           std::size_t of_class, double* to) const {
   const std::size_t count = weights.size();
+  if (!folded_) {
+    for (int p = 0; p < used; ++p, to += columns)
+      for (std::size_t k = 0; k < count; ++k) to[k] = weights[k][begin + p];
+    return;
+  }
   const std::int32_t* member = members_.data() + 4 * std::size_t(begin);
   for (int p = 0; p < used; ++p, member += 4, to += columns) {
-    if (!folded_) {
-      for (std::size_t k = 0; k < count; ++k) to[k] = weights[k][member[0]];
-      continue;
-    }
     double at[4][kTogether];
     for (int q = 0; q < 4; ++q)
       for (std::size_t k = 0; k < kTogether; ++k)

@@ -39,8 +39,9 @@ class HeightProducts {
   FourierRows fourier_;
   std::vector<int> spherical_;
   bool hold_at_rim_, folded_ = false;
-  Eigen::ArrayXd x_, y_;               // of the orbits [m]
-  std::vector<std::int32_t> members_;  // four per orbit: at (x, y), (-x, y), (x, -y), (-x, -y); -1: none
+  Eigen::ArrayXd x_, y_;  // of the orbits [m]
+  // If folded, four points per orbit: at (x, y), (-x, y), (x, -y), (-x, -y); -1: none. Else empty.
+  std::vector<std::int32_t> members_;
   InstructionSet set_;
   mutable ScratchPool<PartialSums> sums_;
   mutable ScratchPool<std::vector<CacheLine>> scratch_;
