@@ -54,7 +54,7 @@ std::vector<OpdBlock> opd_blocks(const FileBytes& file) {
     if (!file.holds(first, length))
       file.fail(
           record,
-          fmt::format("a block of {} bytes from byte {} on in a file of {}", length, first, file.size()),
+          fmt::format("a block of {} bytes that begins at byte {}, in a file of {} bytes", length, first, file.size()),
           "blocks inside the file");
     if (length > 0)
       blocks.push_back(

@@ -32,7 +32,7 @@ std::vector<fs::path> sources() {
   return found;
 }
 
-// What git tracks at the top level; empty where the sources come without git or it will not answer.
+// Names that git tracks at the top level; empty if the sources come without git or git fails.
 std::vector<std::string> tracked_at_top() {
   if (!fs::exists(kRoot / ".git")) return {};
   const std::string command = "git -C '" + kRoot.string() + "' ls-files 2> /dev/null";
@@ -132,8 +132,8 @@ TEST(Architecture, NamesOfOneRoomStayInside) {
   }
 }
 
-// What tests say, by the folder below tests/; `fits` has the expected results of the studies with it. What
-// the rules below are tried with is no test of a warning.
+// Texts of the tests, by the folder below tests/. `fits` includes the expected results of the studies. The
+// texts with which the rules below are tested are left out, because they are no test of a warning.
 std::map<std::string, std::string> texts_of_tests() {
   std::map<std::string, std::string> texts;
   const auto read = [&](const char* top, const auto& counts) {

@@ -1,5 +1,5 @@
-// What is compiled for one instruction set must not be what the linker gives to everyone: of the units that
-// have Eigen for a set, every symbol that other units may have, too, belongs to that set's own namespace.
+// Code that is compiled for one instruction set must not be linked into code for every machine. In units that
+// compile Eigen for a set, a symbol that other units may also have must be in that set's own namespace.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Where comments and pages send their reader: to pages, sections and files that a clone has.
+// Comments and pages refer only to pages, sections and files that a clone has.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What people read, as paths below the root: sources, pages and build files, without data that others made.
+// Texts that people read, as paths below the root: sources, pages and build files, without others' data.
 std::vector<fs::path> readings() {
   std::vector<fs::path> found = {"README.md", "CMakeLists.txt"};
   for (const char* folder : {"include", "src", "tests", "examples", "fits"})

@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where a rule is broken, as file and line.
+// File and line of the place where a rule is broken.
 std::string place(const fs::path& file, const std::string& text, std::size_t at) {
   const auto number = std::count(text.begin(), text.begin() + std::ptrdiff_t(at), '\n') + 1;
   return file.string() + ":" + std::to_string(number) + ": ";
@@ -43,7 +43,7 @@ bool is_there(const Pages& pages, const fs::path& file, const std::string& folde
                      [&](const fs::path& candidate) { return candidate.filename() == page; });
 }
 
-// What is wrong with the sections that a reference names; empty: nothing.
+// Returns the problem of the sections that a reference names; empty if there is none.
 std::string against_sections(const Pages& pages, const std::string& name, const std::smatch& match,
                              std::size_t first) {
   const auto known = pages.sections.find(name);

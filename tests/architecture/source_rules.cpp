@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 const char* const kProgram = "the program";  // sources directly in src: main.cpp and what it is made of
 const char* const kUmbrella = "aberfit.h";   // all public headers, and nothing else
 
-// Where each outside library may appear, by the beginning of what is included (src/README.md, the table of
-// rooms).
+// Rooms that may include each outside library, by the beginning of the included path (src/README.md, the
+// table of rooms).
 const std::map<std::string, std::set<std::string>>& libraries() {
   static const std::set<std::string> all = [] {
     std::set<std::string> names(rooms().begin(), rooms().end());
@@ -108,7 +108,7 @@ std::string against_angled(const fs::path& file, const std::string& room, const 
   return "";
 }
 
-// What each character of a source belongs to.
+// The part of the text to which a character of a source belongs.
 enum class Part : char { kCode, kQuoted, kComment };
 
 std::vector<Part> parts_of(const std::string& text) {
@@ -169,7 +169,7 @@ struct Extent {
   std::size_t first, last;
 };
 
-// Where the statement that opens a brace at the end of `line` begins.
+// First line of the statement that opens a brace at the end of `line`.
 std::size_t first_line_of_statement(const std::vector<std::string>& code, std::size_t line) {
   static const std::regex other(R"(\s*(#.*|(public|private|protected):))");
   std::size_t first = line;
@@ -207,7 +207,7 @@ std::vector<Extent> functions_at(const std::vector<std::string>& code, std::size
   return found;
 }
 
-// Where a rule is broken, with the line as it stands in the file.
+// Sentence for a broken rule, with the line as it stands in the file.
 std::string breach(const fs::path& file, const std::string& text, std::size_t at,
                    const std::string& problem) {
   const auto number = std::size_t(std::count(text.begin(), text.begin() + std::ptrdiff_t(at), '\n')) + 1;
@@ -215,7 +215,8 @@ std::string breach(const fs::path& file, const std::string& text, std::size_t at
          problem;
 }
 
-// What is wrong with a mention of Study or Task between what comes before and after it; empty: nothing.
+// Returns the problem of a mention of Study or Task, from the text before and after it; empty if there is
+// none.
 std::string against_mention(const std::string& before, std::string after) {
   static const std::regex ends_const(R"([^]*\bconst)"), begins_const(R"(const\b[^]*)");
   static const std::regex declared(R"([^]*\b(struct|class|using))");
@@ -233,7 +234,7 @@ std::string against_mention(const std::string& before, std::string after) {
   return by_value && !std::regex_match(after, made) ? "is a copy" : "";
 }
 
-// What is declared directly in a namespace: the text before its `;` or `{`, and where that begins.
+// A declaration directly in a namespace: the text before its `;` or `{`, and where that begins.
 struct Declared {
   std::string space;  // a::b; empty: the global one
   std::string head;
@@ -272,7 +273,7 @@ std::vector<Declared> declarations(std::string code) {
 
 const char* const kInternal = "aberfit::internal";
 
-// What is wrong with a declaration in a header of src/<room>; empty: nothing.
+// Returns the problem of a declaration in a header of src/<room>; empty if there is none.
 std::string against_private(const Declared& declared) {
   static const std::regex part(R"((?:struct|class)\s+\w+(?:::\w+)+[^]*)");
   static const std::regex opened(R"((?:inline\s+)?namespace\b[^]*)");

@@ -10,9 +10,9 @@ namespace aberfit::test {
 /// Rooms in include order (src/README.md): each may include itself and those before it.
 const std::vector<std::string>& rooms();
 
-/// What the rules say against a file: one sentence per #include that breaks them, naming file and line; empty
-/// when all is well. file: path below `root`, in include/aberfit/<room>, src/<room>, src (the program)
-/// or include/aberfit/aberfit.h, which includes public headers and nothing else; text: its contents. Local
+/// Checks the includes of a file. Returns one sentence with file and line per #include that breaks the rules.
+/// file: path below `root`, in include/aberfit/<room>, src/<room>, src (the program) or
+/// include/aberfit/aberfit.h, which includes public headers and nothing else; text: its contents. Local
 /// includes are looked up on disc, beside the file.
 std::vector<std::string> violations(const std::filesystem::path& root, const std::filesystem::path& file,
                                     const std::string& text);
@@ -34,18 +34,17 @@ inline constexpr std::size_t kLongestFunction = 80;
 std::vector<std::string> large_rooms(const std::map<std::filesystem::path, std::size_t>& lines);
 inline constexpr double kLargestShare = 0.15;
 
-/// Where a file above the method copies or changes a Study or a Task, one sentence each, naming file and
-/// line: what was read from a study file stays as it was read, and what else is needed is said beside it.
-/// Allowed are const references and pointers, and a const object straight from the function that makes it.
-/// Files of other rooms than chart, commands and the program may do as they like.
+/// Finds places where a file above the method copies or changes a Study or a Task. Returns one sentence with
+/// file and line for each. A study stays as it was read; other values are passed beside it. Allowed are const
+/// references and pointers, and a const object straight from the function that makes it. Only files of chart,
+/// commands and the program are checked.
 std::vector<std::string> changed_studies(const std::filesystem::path& file, const std::string& text);
 
-/// Where a header lets names out of their room, one sentence each, naming file and line. A header in
-/// src/<room> declares in aberfit::internal; in aberfit itself it may only define what a class there has
-/// named, `struct Public::Part { ... }`. A header in include/ may declare classes of aberfit::internal
-/// without defining them, and mention those in the private part of its own. Neither opens a namespace to all
-/// who include it
-/// (`using namespace`). Other files may do as they like.
+/// Finds names that a header lets out of their room. Returns one sentence with file and line for each. A
+/// header in src/<room> declares in aberfit::internal; in aberfit itself it may only define what a class
+/// there has named, `struct Public::Part { ... }`. A header in include/ may declare classes of
+/// aberfit::internal without defining them, and mention those in the private part of its own. Neither opens a
+/// namespace to all who include it (`using namespace`). Other files may do as they like.
 std::vector<std::string> leaked_names(const std::filesystem::path& file, const std::string& text);
 
 /// Codes of the warnings that a source gives: words in lower case with dashes that open the braces of an

@@ -6,9 +6,9 @@
 
 #include "benchmark_numbers.h"
 
-/// What every benchmark row says beside its time. A row is named "case/setting"; its counters are read by
-/// print_table.py: `error` and `allowed`, `rate:UNIT` (work per second), `ratio:OTHER` (time over that of
-/// another way, both timed alternately in the same run).
+/// Benchmark rows with their times and errors. A row is named "case/setting". print_table.py reads its
+/// counters: `error` and `allowed`, `rate:UNIT` (work per second), `ratio:OTHER` (time over that of another
+/// way, both timed alternately in the same run).
 namespace aberfit::benchmarks {
 
 /// One row: the timed part, called once per repetition.

@@ -14,8 +14,8 @@
 namespace aberfit::benchmarks {
 namespace {
 
-/// What failed, one sentence per row. The only state beside google-benchmark's own registry of rows, which
-/// has to be global, too.
+/// Failed rows, one sentence each. This is the only global state beside google-benchmark's own registry of
+/// rows.
 std::set<std::string>& failures() {
   static std::set<std::string> found;
   return found;

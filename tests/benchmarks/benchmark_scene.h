@@ -138,8 +138,8 @@ double derivative_error(const ValuesAt& at, const Eigen::VectorXd& values, const
   return ((analytic - differenced).array() / unit).abs().maxCoeff() /
          (differenced.array() / unit).abs().maxCoeff();
 }
-/// What is allowed: rays on the edges of the kernel, where it has a kink, cost (step / width)^2 = 2.5e-7,
-/// round-off eps / step = 2e-11; largest seen 1.6e-7.
+/// Allowed error of a derivative: rays on the edges of the kernel, where it has a kink, cost (step / width)^2
+/// = 2.5e-7, round-off eps / step = 2e-11; largest seen 1.6e-7.
 constexpr double kDerivativeAllowed = 1e-6;
 
 }  // namespace aberfit::benchmarks

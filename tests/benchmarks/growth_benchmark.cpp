@@ -92,7 +92,8 @@ Outcome time_fit(const Scene& scene, const std::vector<Statistic>& statistics, i
     outcome.seconds.push_back(seconds_of(
         [&] { result = calibrate(problem, draw_white(scene.prior.size(), std::uint64_t(seed)), {}); }));
     outcome.peak = peak_megabytes();
-    // Of the smooth twins: with 1,000 rays they differ from the exact statistics by more than a tolerance.
+    // We compare the smooth statistics. With 1,000 rays they differ from the exact ones by more than a
+    // tolerance.
     for (std::size_t k = 0; k < statistics.size(); ++k)
       outcome.error = std::max(
           outcome.error, std::abs(result.smooth_statistics[Eigen::Index(k)] / problem.targets[k].value - 1));

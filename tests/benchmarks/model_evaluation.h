@@ -7,8 +7,8 @@
 
 namespace aberfit::benchmarks {
 
-/// What a fit does at every step: values of the statistics from white coordinates, with or without their
-/// Jacobian. Every call is at another point than the one before, as in a fit: a model may remember its last.
+/// One step of a fit: the statistics for given white coordinates, with or without their Jacobian. Every call
+/// is at a new point, as in a fit, because a model may remember its last one.
 class ModelEvaluation {
  public:
   static constexpr double kWidth = 0.02;  // of focal_sigma

@@ -21,9 +21,9 @@ struct Rough {
   double ee90;  // [m]
 };
 
-// Of each autocorrelation a surface of g near 1. Radii by the double integral over all pairs of points of the
-// aperture (tests/theory/ghs_pairs_test.cpp, with 420 radii and 1,000 angles), which knows the pupil
-// coordinate of every point as the default of the theory does. The paraxial form, whose radii are golden
+// One surface of g near 1 for each autocorrelation. The radii are by the double integral over all pairs of
+// points of the aperture (tests/theory/ghs_pairs_test.cpp, with 420 radii and 1,000 angles). It uses the
+// pupil coordinate of every point, as the theory does by default. The paraxial form, whose radii are golden
 // tables, is 8e-4 off.
 std::vector<Rough> golden_surfaces() {
   return {{"Gaussian, l = 10 mm", RadialPsd(GaussianPsd{5e-8, 0.01}), 9.77936794e-05},
@@ -82,7 +82,7 @@ struct Waves {
     return field.height;
   }
   DiffractionProblem problem() const { return {pupil, mirror.focal_length, kWavelength}; }
-  // At ever new heights: planes of the last ones are kept.
+  // Every evaluation has new heights, because the planes of the last ones are kept.
   bool evaluate(bool with_gradients) {
     height[0] += 1e-18;
     return evaluate_diffraction(problem(), height, statistics, 1, &workspace, &values, nullptr) &&

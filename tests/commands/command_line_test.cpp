@@ -1,5 +1,4 @@
-// What the program says of itself: help, manual page, completions, explained keys; and how it looks on a
-// terminal.
+// Help, manual page, completions and explained keys, and their layout on a terminal.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <pty.h>

@@ -1,5 +1,4 @@
-// What the method says of a field reaches the user with the file and the pointer that it has there, whatever
-// the command.
+// An error of the method about a field reaches the user with file and pointer, whatever the command.
 #include "aberfit/study/field_errors.h"
 
 #include <gtest/gtest.h>

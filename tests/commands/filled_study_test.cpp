@@ -179,7 +179,7 @@ TEST_F(FilledStudy, IsTheOneOfAFileForOtherCommandsToo) {
   EXPECT_EQ(run_check(study, {}).rays, run_check(read, {}).rays);
 }
 
-// What a file cannot leave out, a program can.
+// A study file must give these fields, but a program may leave them out.
 TEST_F(FilledStudy, WithoutWhatHasNoDefaultIsRefusedByItsKey) {
   const auto refusal = [](const Study& study) -> std::string {
     try {

@@ -48,7 +48,7 @@ ordered_json psd(const ScratchFolder& folder, const std::string& words) {
   return ordered_json::parse(read_file(folder.file("out/result.json")));
 }
 
-// What was printed, its lines joined.
+// The printed text, its lines joined.
 std::string printed(const ScratchFolder& folder) {
   std::string text;
   for (const std::string_view word : words(read_file(folder.file("stdout.txt"))))

@@ -1,5 +1,5 @@
-// What `fit` writes of a map: its panels and its light, the same numbers in JSON, table and pictures; and
-// pictures by rays only where rays are a model of the light.
+// Output of `fit` for a map: panels and PSF with the same numbers in JSON, table and pictures; pictures by
+// rays only if rays are a valid model.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -175,7 +175,7 @@ TEST(MapPictures, ShowRaysWhereTheyAreAModelOrAskedFor) {
   EXPECT_FALSE(large.warned("rays-not-valid"));
   EXPECT_TRUE(asked.warned("rays-not-valid"));
   EXPECT_NE(large.summary.find("at the focus, by rays"), std::string::npos);
-  // By either the light of a large defocus is the same within what diffraction adds.
+  // For a large defocus both models give the same radius except for diffraction.
   const auto ee80 = [](const MapRun& run) {
     return run.result["statistics"]["fitted"]["ee80_radius_m"].get<double>();
   };

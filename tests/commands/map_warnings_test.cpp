@@ -1,4 +1,4 @@
-// What `fit` says of a map: its size beside the aperture, and exports that cannot be.
+// Warnings of `fit` about a map: its size relative to the aperture, and exports that are not possible.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -78,7 +78,7 @@ TEST(MapWarnings, ExportLeftOutWhereTheMapDoesNotDetermineTheTerms) {
   EXPECT_FALSE(unknown.exported("surface.csv"));
   EXPECT_TRUE(known.messages("export-left-out").empty());
   EXPECT_TRUE(known.exported("surface.csv"));
-  // Where no export is asked for, none is left out.
+  // If no export is requested, no warning says that one is left out.
   EXPECT_TRUE(Fit(48.1, both).messages("export-left-out").empty());
 }
 

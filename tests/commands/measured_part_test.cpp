@@ -64,7 +64,7 @@ HeightMap drawn_part(std::uint64_t seed) {
   return part;
 }
 
-// What an instrument with large pixels sees of it.
+// The map that an instrument with large pixels measures.
 HeightMap measured(const HeightMap& part) {
   constexpr int kPoints = kFine / kBin;
   HeightMap map;
@@ -225,7 +225,7 @@ TEST(MeasuredPart, IsJudgedAndTheExitCodeSaysSo) {
   }
   EXPECT_GT(most, 3);
   EXPECT_NE(summary.find("Worst: "), std::string::npos);
-  // What the terms leave of it is twice its specification, too.
+  // The residual of the terms is also twice its specification.
   EXPECT_NE(summary.find("[rest-not-as-specified]"), std::string::npos);
   // The scatter is the specification's either way.
   EXPECT_EQ(twice["split"]["scatter"], same["split"]["scatter"]);

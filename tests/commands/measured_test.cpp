@@ -169,7 +169,7 @@ TEST(MapTarget, FitsAnInterferogramAndExportsTheSurface) {
   double sum = 0, squares = 0, count = 0;
   for (const double h : made.map.height.reshaped())
     if (!std::isnan(h)) sum += h, squares += h * h, ++count;
-  // Of what was put in; a tenth of the points is held out.
+  // The RMS refers to all heights; one tenth of the points is held out.
   EXPECT_NEAR(before / std::sqrt(squares / count - std::pow(sum / count, 2)), 1, 0.01);
   EXPECT_LT(after, before);
   EXPECT_NEAR(result["map"]["rms_held_out_m"].get<double>(), after, 0.05 * after);

@@ -284,7 +284,7 @@ TEST_F(ProgramRun, ASignalEndsAFitWithExitCodeFour) {
                               ABERFIT_PROGRAM, study, out, file("said.json"), file("said.err"))
                       .c_str());
   EXPECT_EQ(WEXITSTATUS(status), 4) << read_file(file("said.err"));
-  // Where there was something to keep it is marked; where not, nothing is written.
+  // A result that could be kept is marked as interrupted; otherwise nothing is written.
   if (std::filesystem::exists(out)) {
     EXPECT_TRUE(read_json(out + "/result.json")["fit"]["interrupted"]);
     EXPECT_EQ(read_file(out + "/summary.txt").find("INTERRUPTED"), 0u);

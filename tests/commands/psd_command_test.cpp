@@ -1,4 +1,5 @@
-// What `aberfit psd` prints, writes and warns of, on random profiles of known PSD: text, JSON and CSV agree.
+// Results, files and warnings of `aberfit psd` for random profiles of known PSD. Text, JSON and CSV must
+// agree.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -210,7 +211,7 @@ TEST(PsdCommand, TellsTheStructureFunctionInTextAndJson) {
   EXPECT_NEAR(number(d["separation_m"][0]), 1e-3, 1e-12);
 }
 
-// What is drawn is what is told; files of a picture are there without gnuplot, too.
+// The picture shows the printed values. Its files are written even without gnuplot.
 TEST(PsdCommand, DrawsTheStructureFunctionThatItTells) {
   const ScratchFolder folder;
   folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
@@ -251,7 +252,7 @@ TEST(PsdCommand, TellsBothConventionsOfARmsSlopeWhereTheyDiffer) {
   EXPECT_GT(differ, 0);
 }
 
-// What is printed as the line of the drawing is a roughness whose line is that line.
+// The printed "line of the drawing" is a roughness block. A study with it has that line.
 TEST(PsdCommand, PrintsALineThatAStudyTakes) {
   const Ran ran = measured(kSteep, ProfileQuantity::kHeight, 5);
   const std::size_t at = ran.text.find("The line of the drawing:\n\"roughness\": ");

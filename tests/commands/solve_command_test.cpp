@@ -92,8 +92,7 @@ TEST_F(SolveCommand, ReturnsOneWhereThereIsNoSolutionOrNoBound) {
   EXPECT_NE(err().find("/solve"), std::string::npos) << err();
 }
 
-// What binds is met exactly: 80 % of the solution's light is inside the budgeted radius, 1.5 arcsec at f = 2
-// m.
+// The limiting budget is met exactly: the budgeted radius, 1.5 arcsec at f = 2 m, holds 80 % of the energy.
 TEST_F(SolveCommand, DrawsTheLightOfTheSolutionThroughItsBudget) {
   EXPECT_EQ(run("solve study.json -o drawn --set \"/mirror/focal_length=2 m\" --set /target/theory=ghs "
                 "--set \"/roughness/psd/f_max=200 /m\" --set \"/solve/so_that/ee80_diameter=<= 3 arcsec\""),

@@ -41,7 +41,7 @@ ordered_json study(int heights, int bands) {
   return made;
 }
 
-// What was found, by id: the whole record but the time it took. Fails for an id that is there twice.
+// Records by id, without the time they took. Fails if an id occurs twice.
 std::map<std::string, std::string> records_in(const std::string& folder) {
   std::map<std::string, std::string> found;
   for (const auto& entry : fs::directory_iterator(folder + "/cases")) {
@@ -67,7 +67,7 @@ class SweepCommand : public testing::Test {
   int run(const std::string& arguments) const { return test::run_program(folder_, arguments); }
   std::string out() const { return read_file(folder_.file("stdout.txt")); }
   std::string err() const { return read_file(folder_.file("stderr.txt")); }
-  // By the shell, in the folder; the program is $ABERFIT.
+  // Starts a command by the shell, in the folder; the program is $ABERFIT.
   pid_t start(const std::string& command) const {
     std::fflush(nullptr);
     const pid_t child = fork();
@@ -132,7 +132,8 @@ class SweepCommand : public testing::Test {
       const std::size_t before = recorded("killed");
       const pid_t child =
           start("\"$ABERFIT\" sweep study.json -o killed --threads " + std::to_string(1 + k % 2));
-      // Of what is left: a fast machine writes some more between a look and the kill.
+      // This is the fraction of the remaining records. A fast machine writes some more between the check and
+      // the kill.
       const double share = 1.3 * stream.uniform(std::uint64_t(k)) / (kills - k + 1);
       wait_for_records("killed", before + std::size_t(share * double(whole_.size() - before)), child);
       kill(child, SIGKILL);
@@ -349,7 +350,7 @@ TEST_F(SweepCommand, OfEqualValuesEnds) {
   EXPECT_EQ(run("sweep study.json -o out --quiet"), 0) << err();
   const std::string table = read_file(folder_.file("out/cases.csv"));
   EXPECT_NE(table.find(",rms_height_m@1/m-30/m,"), std::string::npos) << table;
-  // What only `solve` itself answers is a failed case.
+  // A case that only `solve` itself rejects is a failed case.
   solves["solve"] = {{"ceilings", ordered_json::object()}, {"so_that", {{"strehl", ">= 0.8"}}}};
   folder_.write("ceilings.json", solves.dump());
   EXPECT_EQ(run("sweep ceilings.json -o none --quiet"), 1) << err();

@@ -1,4 +1,4 @@
-// What of a study a command does not use is said, in one line.
+// A command says in one line which parts of a study it does not use.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -23,7 +23,8 @@ Study short_study(int draws) {
 
 }  // namespace
 
-// The decision on ensemble means: terms that cannot carry the roughness are found out, by rays and in light.
+// The decision uses ensemble means. Terms that cannot carry the roughness are `different` by rays and by wave
+// optics.
 TEST(Verify, TermsThatCannotCarryTheRoughnessAreDifferent) {
   Study study = short_study(64);
   study.terms.zernike->n_max = 12;  // 13/(2 pi R) = 10 of 40 cycles/m

@@ -1,4 +1,4 @@
-// What a file of numbers says of itself is what a study takes.
+// A study uses the units and kinds that a file of numbers states about itself.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -32,12 +32,12 @@ TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndShowsTheTermsInLight) {
   EXPECT_EQ(result.map.fit->rank, 228);
   EXPECT_LT(result.map.fit->rms_residual, 0.25 * result.map.fit->rms_map);
   EXPECT_NEAR(result.map.fit->rms_held_out / result.map.fit->rms_residual, 1, 0.1);
-  // At f/10 rays are no model of so small a spot: the terms' light is that of waves.
+  // At f/10 rays are no model of so small a spot, so the terms' spot is by wave optics.
   EXPECT_EQ(result.scene.model, "waves");
   ASSERT_TRUE(result.map.light && result.map.light->terms.obstacle.empty());
   EXPECT_EQ(result.fitted.values[2], result.map.light->terms.ee90);
   EXPECT_LT(result.map.light->filled_share, 0.05);
-  // Of the map and of its terms alone: the residual's share of the light is small.
+  // The Strehl ratio of the map is close to that of its terms, because the residual scatters little.
   EXPECT_NEAR(result.map.light->measured.strehl / result.map.light->terms.strehl, 1, 0.05);
   // The terms at the points of the map itself: what they leave is the residual that is stated.
   MeasuredSource source;
@@ -83,7 +83,7 @@ TEST(MapZygo, GivesBackTheTermsAndTheRoughnessThatWerePutIn) {
     squares += miss * miss / 228;
   }
   EXPECT_LT(std::sqrt(squares), 1.2);  // the reported deviations are not too small
-  // What is left: 8 nm less the share of the 228 of the band's 5,260 modes; its own spread is 1 %.
+  // The residual is 8 nm without the variance of 228 of the band's 5,260 modes; its own spread is 1 %.
   EXPECT_NEAR(result.map.fit->rms_residual / (8e-9 * std::sqrt(1 - 228. / 5260)), 1, 0.03);
 }
 

@@ -42,7 +42,7 @@ std::map<std::string, double> golden_arithmetic() {
   return values;
 }
 
-// What the study of the paper gives, with its pictures; made once for the suite.
+// Results of the paper's study, with pictures. They are computed once for the suite.
 class PaperAudit : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -226,8 +226,8 @@ TEST_F(PaperAudit, BranchesAreEquivalentByRaysAndInLight) {
     EXPECT_NEAR(m.difference, 0, 4.5 * m.standard_error) << m.name;
     EXPECT_LT(m.standard_error, 0.004) << m.name;  // what makes a margin of 1 % decidable
   }
-  // Intervals of means of 16 groups, one-sided 95 % of Student's t: 1.7531 with 15 degrees of freedom, which
-  // theory in light leaves alone; 1.6973 with 30, of two independent errors that are as large.
+  // Intervals of means of 16 groups, one-sided 95 % of Student's t: 1.7531 with 15 degrees of freedom by wave
+  // optics, where the theory has no error; 1.6973 with 30 for two independent errors of the same size.
   const auto quantile = [](const EquivalenceMetric& m) {
     return (m.interval[1] - m.interval[0]) / 2 / m.standard_error;
   };

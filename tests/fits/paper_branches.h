@@ -15,7 +15,7 @@
 #include "aberfit/theory/ray_perturbation.h"
 #include "aberfit/trace/ray_bundle.h"
 
-/// What the paper does in a way of its own, done as it describes it.
+/// The paper's own methods, programmed as it describes them.
 namespace aberfit::test {
 
 /// The numbers of a focus that the paper prints [m], [rad].

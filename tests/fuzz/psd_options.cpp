@@ -1,5 +1,5 @@
-// What a user types after `aberfit psd FILE`: one option a line, "key text", of a profile or, after a first
-// line "map", of a map. Both are small.
+// Fuzzes the options that a user types after `aberfit psd FILE`. Each line is one option, "key text". A first
+// line "map" selects a small map, otherwise a small profile is measured.
 #include "../../src/commands/psd_options.h"
 
 #include <algorithm>

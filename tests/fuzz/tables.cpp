@@ -100,7 +100,7 @@ std::vector<std::string> focus_seeds() {
           "# star\ndiameter [arcsec] ee [%]\n0.2 40\n0.6 81\n", "1;2;3;4\n2;9;8;4\n2;8;9;3\n1;2;nan;1\n"};
 }
 
-// What can be read of a line says the same when it is written again.
+// A record that was read from a line must say the same when it is written again.
 void read_case_record(std::string_view bytes) {
   const std::optional<CaseRecord> record = record_of(std::string(bytes));
   if (!record) return;

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-/// What reads texts and files that others wrote, each as a function of bytes. libFuzzer calls it with bytes
-/// of its own (fuzz_main.cpp), replay/ with those that once did harm.
+/// The fuzz targets: readers of texts and files that others wrote, each as a function of bytes. libFuzzer
+/// calls them with bytes of its own (fuzz_main.cpp), replay/ with bytes that once made them fail.
 namespace aberfit::test {
 
 struct FuzzTarget {

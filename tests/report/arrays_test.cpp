@@ -450,7 +450,8 @@ TEST(FocusArrays, FitsHasTheKeysThatOtherProgramsLookFor) {
   EXPECT_EQ(psf[1].keys.at("EXTNAME"), "THEORY");
 }
 
-// By this program's own readers, as solve.focus takes an image; transfer functions are pixels alone.
+// This program's own readers read the exported FITS files: solve.focus reads the image, and transfer
+// functions are compared pixel by pixel.
 TEST(FocusArrays, FitsIsReadBackAsItWasWritten) {
   const FocusArrays& arrays = both();
   const test::ScratchFolder folder;

@@ -102,7 +102,7 @@ std::array<double, 3> square_of(const std::string& name) {
   return {0, 0, 0.4};
 }
 
-// What a fit works with: a draw of n <= 20 from the PSD of the paper's stand-in scene.
+// A surface as a fit gives it: a realisation with n <= 20 from the PSD of the paper's stand-in scene.
 Part fit_like_draw() {
   Part part(CircleAperture{0.4, 0}, zernike_modes(2, 20));
   const CoefficientPrior prior =

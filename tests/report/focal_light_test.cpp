@@ -165,8 +165,8 @@ TEST(FocalLight, CurvesOfManyPlanesHaveTheHaloOfEach) {
   EXPECT_NEAR(above / width, 1, 0.02);
 }
 
-// Of a wide spot of which the cells see a tenth, a third, or all: pixels hold what circles do, in the field
-// of view and beyond it.
+// A wide spot, of which the grid points see a tenth, a third, or all. Its pixels hold the same energy as
+// circles, inside and outside the field of view.
 TEST(FocalLight, ImagesHoldTheLightOfTheirCirclesBeyondTheFieldOfView) {
   const Mirror parabola{1.6, -1, {}};
   const Aperture circle = CircleAperture{0.2, 0};

@@ -9,7 +9,7 @@
 
 namespace aberfit::test {
 
-/// What numpy.load makes of a member.
+/// An array as numpy.load reads it from a member of the archive.
 struct LoadedArray {
   std::vector<std::size_t> shape;
   std::vector<double> values;

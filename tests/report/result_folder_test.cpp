@@ -154,7 +154,7 @@ TEST(ResultFolder, OfAFullDiskIsWhatItWas) {
   EXPECT_EQ(whole_run(out), 1);
 }
 
-// Where folders cannot change places.
+// Two folders cannot change places if one is the working folder.
 TEST(ResultFolder, ThatIsTheWorkingFolderStaysTheSameFolder) {
   ScratchFolder scratch;
   const std::string out = scratch.file("out");
@@ -230,7 +230,7 @@ TEST(ResultFolder, IsRefusedWhereAnotherCommandOrPersonHasWrittenAndSaysWhat) {
   EXPECT_NE(refusal(out, claim("fit", true)).find("result.json"), std::string::npos);
 }
 
-// What stands in the way goes, in words; what does not stays, whoever's it is.
+// --force replaces the files that are in the way and names them. All other files stay, whoever wrote them.
 TEST(ResultFolder, ReplacesByForceWhatIsInTheWayAndNothingElse) {
   for (const bool with_folder : {false, true}) {  // all at once, file by file
     ScratchFolder scratch;

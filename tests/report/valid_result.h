@@ -19,8 +19,8 @@ inline bool has_type(const nlohmann::ordered_json& value, const std::string& typ
                              : value.is_object();
 }
 
-/// What of `value` is not as `schema` has it: the first place and the reason; empty where all is. Of JSON
-/// Schema it knows what the schema of results uses.
+/// Checks `value` against `schema`. Returns place and reason of the first fault; empty if there is none. It
+/// knows only the part of JSON Schema that the schema of results uses.
 inline std::string fault_of(const nlohmann::ordered_json& value, const nlohmann::ordered_json& schema,
                             const std::string& at = "") {
   if (schema.contains("const"))

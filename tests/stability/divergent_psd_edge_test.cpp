@@ -37,8 +37,7 @@ Moment moment(double exponent, int power, double a, double b) {
   return {power == 0 ? moments.height_variance : moments.slope_variance, integral(exponent, power, a, b)};
 }
 
-// Of an integral that exists: relative error, 1e-12 promised by psd.h. Of one that does not: told by
-// infinity.
+// If the integral exists, psd.h promises a relative error of 1e-12; if not, it returns infinity.
 EdgeRow row_of(double parameter, const Moment& m, double avoided = std::nan("")) {
   if (m.refused) return {parameter, std::nan(""), 1e-12, true};
   const bool told = std::isinf(m.found);

@@ -33,8 +33,8 @@ class Edge {
   /// Linear in the parameter instead of logarithmic (picture only).
   void linear_parameter() { linear_ = true; }
   void add(const EdgeRow& row) { rows_.push_back(row); }
-  /// Of the avoided way where there is one, else of the program's own error. One or more laws, each with at
-  /// least three rows in its range.
+  /// Adds a law that the error must follow, with at least three rows in its range. It holds for the avoided
+  /// way if there is one, else for the program's own error. At least one law is required.
   void follows(EdgeLaw law) { laws_.push_back(std::move(law)); }
 
   /// Fails the test unless: wherever the error exceeds what is promised the program told; the edge was

@@ -28,8 +28,8 @@ double exact(const RayBundle& rays, const Statistic& statistic, Warnings* warnin
 
 TEST(StabilityEdge, RadiusInAGap) {
   // Nine tenths of the light in a Gaussian core, a tenth in a ring 100 times larger. Two samples of 10,000
-  // rays of the same light: which radius holds a fraction near 0.9 is a matter of chance, how much light a
-  // radius holds is not. Targets of radii are met and judged in light (`aim_of`).
+  // rays of the same light: the radius that holds a fraction near 0.9 is a matter of chance, but the energy
+  // in a given radius is not. Targets of radii are met and judged by energy (`aim_of`).
   Edge edge("radius_in_a_gap", "fraction of the light [1]",
             "difference of the light inside; grey: relative difference of the radii [1]");
   edge.linear_parameter();
@@ -55,7 +55,7 @@ TEST(StabilityEdge, RadiusInAGap) {
     edge.add({p, std::abs(exact(other, RingThrough{radius, 0}) - p), 4 * std::sqrt(2 * p * (1 - p) / kRays),
               false, std::abs(exact(other, EncircledEnergyRadius{p, 0}) / radius - 1)});
   }
-  // At the share of the core of either sample, where one has the gap behind it and the other before it.
+  // At this fraction the radius is inside the core for one sample and beyond the gap for the other.
   const double core = exact(one, RingThrough{50 * kSpot, 0}) + 0.5 * between;
   const double radius = exact(one, EncircledEnergyRadius{core, 0});
   edge.add({core, std::abs(exact(other, RingThrough{radius, 0}) - core), 4 * std::sqrt(2 * 0.09 / kRays),

@@ -13,8 +13,8 @@ namespace aberfit::test {
 namespace {
 
 constexpr int kLines = 8;
-// Of the mean of 8 lines in bins of 60 ordinates and more, 200 ordinates in all: 3 % by chance, the smear of
-// a window, and what may leak unsaid.
+// Promised error of the mean of 8 lines, in bins of at least 60 of the 200 ordinates. It covers chance (3 %),
+// the smear of a window, and the leakage that needs no warning.
 constexpr double kPromised = 0.3;
 
 // Mean of bins over truth, less 1, and whether most lines were told of.

@@ -128,7 +128,7 @@ TEST(StabilityEdge, ZernikesOnClusteredPoints) {
         judge(empty_map(31, patch / 15, -patch, -patch), terms,
               [&](double x, double y) { return std::hypot(x, y) <= patch; }),
         &edge);
-  // What patch^6 leaves of the highest order, the noise of 700 points covers.
+  // The noise of 700 points hides what patch^6 leaves of the highest order.
   edge.follows(
       {"noise / patch^6", [](double patch) { return 0.6 * kNoise * std::pow(patch, -6); }, 0.03, 0.6, 2});
   edge.expect();

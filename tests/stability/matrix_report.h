@@ -5,7 +5,7 @@
 
 namespace aberfit {
 
-/// What rows of the matrix (run_row) come to.
+/// Summary of rows of the matrix (run_row).
 struct MatrixReport {
   std::string text;      ///< shares by class, times, promises, and every row that is not equivalent
   bool sound = true;     ///< no row is a failure

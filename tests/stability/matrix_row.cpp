@@ -104,7 +104,7 @@ bool has_remedy(const std::string& message) {
   return false;
 }
 
-// What ended before there was a result.
+// Records a command that ended before it had a result.
 bool note_end(const char* command, const Ended& ended, json* row) {
   if (ended.violently.empty() && ended.exit <= 1) return false;
   const std::string line = ended.error.substr(0, ended.error.find('\n'));
@@ -192,7 +192,7 @@ void note_second_opinion(const json& result, const std::filesystem::path& folder
   (*row)["second_of_targets"] = on_targets(opinions);
 }
 
-// What a wrong prediction is looked into with: where the search went, and when.
+// Records where the search of a fit went, and when, to explain a wrong prediction.
 void note_search(const json& fit, json* row) {
   if (!fit.contains("frontier")) return;
   json& search = (*row)["search"] = json::array();

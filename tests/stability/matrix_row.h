@@ -28,11 +28,12 @@ inline constexpr double kLongestFit = test::kSanitized ? 1200 : 120;  ///< [s] o
 /// with nothing where there is nothing to say.
 nlohmann::json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder);
 
-/// Of a row its scene and second_of_targets alone, without the program.
+/// Scene and second_of_targets of a row, without running the program.
 nlohmann::json opinion_on_targets(std::uint64_t seed, int k, const std::filesystem::path& folder);
 
-/// What a row must never be, as words; empty: it is not. Crash, hang, time-out, refusal without a remedy, a
-/// surface that is absurd beside its specification, targets or a verdict that a second opinion contradicts.
+/// Returns the failure of a row in words; empty if it has none. Failures: crash, hang, time-out, refusal
+/// without a remedy, a surface that is absurd for its specification, targets or a verdict that a second
+/// opinion contradicts.
 std::string failure_of(const nlohmann::json& row);
 
 }  // namespace aberfit

@@ -1,5 +1,6 @@
-// What the matrix of random scenes rests on: its scenes are readable and are what they say, a failure is told
-// from what is none, second opinions tell a right surface from one that is wrong. And a few quick rows.
+// Checks the matrix of random scenes itself: its scenes are readable and have what they claim, real failures
+// are told from others, and second opinions tell a right surface from a wrong one. A few quick rows are run,
+// too.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -179,7 +180,7 @@ TEST(IndependentSurface, HasHeightAndSlopesOfItsTerms) {
   }
 }
 
-// Of a mirror whose encircled energies are known in closed form, and given as targets.
+// A study of a mirror whose encircled energies are known in closed form and given as targets.
 Study known_study(const std::map<std::string, double>& radii) {
   json text{{"aberfit", 1},
             {"mirror", {{"focal_length", 2}}},
@@ -286,8 +287,8 @@ TEST_WITH_SHORT_FORM(SecondOpinions, AgreeWithTheTheoryWhereAllOfTheRoughnessSca
   }
 }
 
-// Of a perfect mirror N(u) = int |U|^2 v dv/2, U = 2 int J0(v t) exp(-i u t^2/2) t dt (Born and Wolf 8.8, u
-// by the square of the numerical aperture).
+// Encircled energy of a perfect mirror: N(u) = int |U|^2 v dv/2, U = 2 int J0(v t) exp(-i u t^2/2) t dt (Born
+// and Wolf 8.8, u by the square of the numerical aperture).
 double light_in_circle(double u, double widest) {
   constexpr int kNodes = 120;
   double light = 0;

@@ -12,7 +12,7 @@ namespace aberfit {
 /// bands scatter by less than 8.6 degrees, except in scenes of the kind "grazing".
 struct RandomScene {
   std::string name;
-  /// What shares are counted by: kind, psd, aperture, g, cycles, light, f-number.
+  /// Classes by which rows are counted: kind, psd, aperture, g, cycles, light, f-number.
   std::map<std::string, std::string> classes;
   bool all_open = false;  ///< four blocks: terms, statistics, theory and rays are left to the program
   std::string study;      ///< JSON

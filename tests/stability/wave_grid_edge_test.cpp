@@ -33,7 +33,7 @@ TEST(StabilityEdge, WavesOfTheSurfaceOnCoarseGrids) {
     const SurfaceOperator surface(terms, pupil, focus_operator(FocusModel::kWaves, 1));
     const LightPath path{mirror,      pupil,     surface,         FocusModel::kWaves,
                          kWavelength, &aperture, Centre::kNominal};
-    // Where the orders of a longer wave that looks the same would be inside.
+    // If the wave is aliased, it looks longer, and its diffraction orders lie inside this radius.
     const double ring = std::min(0.5 * cycles, 0.45) * kWavelength * kFocal / pitch;
     Warnings warnings;
     const double found =

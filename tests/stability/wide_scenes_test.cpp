@@ -76,7 +76,7 @@ TEST_P(WideMatrixSmoke, DoesNotFail) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeded, WideMatrixSmoke, testing::Values(1, 14));
 
-// What the numbers of the table stand for: the height of its scene.
+// The table of a scene has the RMS height of the scene.
 TEST(WideScenes, TablesHaveTheHeightOfTheirG) {
   for (const int k : {4, 9, 14}) {
     const WideScene scene = wide_scene(k);

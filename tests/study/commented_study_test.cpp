@@ -89,7 +89,7 @@ TEST(StudyForPeople, HasADescriptionThatGoesWithItAndAPlaceOfItsSchema) {
             std::string::npos);
 }
 
-// What the message gives as examples is itself what was missing.
+// The examples in the message are exactly the missing blocks.
 TEST(MissingBlocks, AreToldTogetherWithExamplesThatMakeAStudy) {
   const std::string said = refusal("{\"aberfit\": 1}", "study.json");
   const std::string begin = "study.json: missing; a study needs ";

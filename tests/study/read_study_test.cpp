@@ -33,7 +33,7 @@ const StatisticRequest& find(const Study& study, const std::string& name, std::s
   throw std::runtime_error("no statistic " + name);
 }
 
-// By whatever name, in the plane or on the sky: the radius is what is kept.
+// The study keeps the radius, whether it is given as radius or diameter, as length or angle.
 TEST(ReadStudy, EncircledEnergiesMayBeDiametersAndAngles) {
   const double f = parse_study(changed("/title", "\"x\""), "study.json").mirror.focal_length;
   for (const auto& [key, value, radius] :
@@ -209,7 +209,8 @@ TEST(ReadStudy, ReadsEveryPsdModel) {
   EXPECT_EQ(gaussian.correlation_length, 0.02);
 }
 
-// Of exponent 3 the PSD has a closed form in l, of exp(-r/l): 2 pi l^2 sigma^2 (1 + (2 pi l f)^2)^(-3/2).
+// With exponent 3 the PSD of the autocorrelation exp(-r/l) has a closed form: 2 pi l^2 sigma^2 (1 + (2 pi l
+// f)^2)^(-3/2).
 TEST(ReadStudy, CorrelationLengthOfAKCorrelationIsThatOfItsAutocorrelation) {
   const double length = 8e-3, rms = 20e-9;
   const auto k = model_of<KCorrelationPsd>(
@@ -222,7 +223,7 @@ TEST(ReadStudy, CorrelationLengthOfAKCorrelationIsThatOfItsAutocorrelation) {
         2 * std::numbers::pi * std::pow(length * rms, 2) * std::pow(1 + std::pow(turn * f, 2), -1.5) / inside;
     EXPECT_NEAR(psd(f) / closed, 1, 1e-12) << f;
   }
-  // By either name it is one PSD, to the bit, in and out of a band, and resolved as B.
+  // Both names give the same PSD to the bit, with and without a band, and the resolved study has B.
   for (const std::string rest :
        {R"("exponent": 5})", R"("exponent": 2.2, "f_min": "1 /m", "f_max": "1 /mm"})"}) {
     const std::string head = R"({"model": "k-correlation", "rms": "20 nm", )";
@@ -409,7 +410,7 @@ TEST(ResolvedStudy, ReadsBackAsItself) {
     const nlohmann::ordered_json resolved = resolved_study(study);
     const Study again = parse_study(resolved.dump(2), path);
     EXPECT_EQ(resolved_study(again).dump(2), resolved.dump(2));
-    // What is loaded from files is not part of the resolved text.
+    // Data that were loaded from files are not part of the resolved text.
     for (std::size_t i = 0; i < study.target.statistics.size(); ++i) {
       EXPECT_EQ(again.target.statistics[i].profile_dz, study.target.statistics[i].profile_dz);
       EXPECT_EQ(again.target.statistics[i].name, study.target.statistics[i].name);

@@ -171,7 +171,7 @@ TEST(UnusualNumbers, BeginAtTheEndsOfTheRanges) {
   EXPECT_EQ(one("/roughness/psd/rms=63.3 um"), 1u);
   EXPECT_EQ(one("/roughness/psd/rms=15.9 pm"), 0u);
   EXPECT_EQ(one("/roughness/psd/rms=15.8 pm"), 1u);
-  // Of S = const from 0 to F the slope per axis is pi rms F: 0.1 at 318.3 /mm for 100 nm.
+  // With S constant from 0 to F the slope per axis is pi rms F: 0.1 at 318.3 /mm for 100 nm.
   const std::string kBand =
       R"(/roughness/psd={"model": "uniform", "rms": "100 nm", "f_min": "0.1 /m", "f_max": )";
   EXPECT_EQ(one(kBand + "\"318.2 /mm\"}"), 0u);
@@ -211,7 +211,7 @@ TEST(UnusualNumbers, OfASmoothPartAreNone) {
   EXPECT_EQ(sum("1 pm"), 2u);
 }
 
-// What a run throws when numbers are as they should be leaves as it is; else the number is to blame.
+// An error of a run with usual numbers is passed on unchanged. If a number is unusual, the error names it.
 TEST(FailureOfAStudy, NamesTheNumberThatIsUnusual) {
   const auto fail = [] { throw ComputationError("no light"); };
   const Study ordinary = study_with({});
@@ -228,7 +228,8 @@ TEST(FailureOfAStudy, NamesTheNumberThatIsUnusual) {
       EXPECT_NE(error.found().find("; a wrong unit?"), std::string::npos) << error.found();
       EXPECT_NE(error.found().find("no light"), std::string::npos) << error.found();
     }
-    // Of a field of the scene the number is the cause, whatever the method has found; another has its own.
+    // An error about a field of the scene names the unusual number instead; an error about another field
+    // keeps its own pointer.
     const auto field = [](const char* name) { return [name] { throw FieldError(name, "this", "that"); }; };
     EXPECT_THROW(
         try { with_fields_of(study, field("mirror.focal_length")); } catch (const InputError& error) {

@@ -72,7 +72,7 @@ std::vector<Sweep> sweeps() {
 // Value at the middle of four neighbours at the distances -2, -1, 1, 2.
 double interpolated(double a, double b, double c, double d) { return (4 * (b + c) - (a + d)) / 6; }
 
-// What the theory aims at in one step, and the curves it comes from.
+// One step of the sweep: its study, and the targets by theory with the curves they come from.
 struct Step {
   Study study;
   Groundwork ground;
@@ -83,9 +83,9 @@ struct Step {
         targets(make_targets(study, ground, 2)) {}
 };
 
-// How far, in light, a step is from what its four neighbours have where it aims: the share inside its radius,
-// as their own curves go on from one to the other, over what the study judges it by (PHYSICS 7). Radii of
-// given shares are no measure of this: between core and halo they run away where no light is.
+// Difference between a step's energy at its target radius and the one interpolated from the curves of its
+// four neighbours, in units of what the study judges it by (PHYSICS 7). Differences of radii are no measure
+// of this: between core and halo, where the spot is dark, a radius is ill-defined.
 double departure(const Target& target, const std::array<const Step*, 4>& around) {
   std::array<double, 4> there;
   for (std::size_t n = 0; n < 4; ++n) {

@@ -170,7 +170,7 @@ void keep_the_promise(const LargeScene& scene) {
     if (at->first != 0 && ++looked != 2) continue;  // the focus and one plane out of it
     std::vector<double> radii;
     for (const Target& target : at->second) radii.push_back(target.value);
-    // What this code's own edges do to a perfect mirror is not the roughness's.
+    // This code's own edges also change a perfect mirror. That difference is not due to the roughness.
     const std::vector<double> seen = pupil.shares(both, at->first, radii, {});
     const std::vector<double> meant = pupil.shares(
         terms_only, at->first, radii, [&](const Eigen::ArrayXd& x) { return split.transfer(x); });

@@ -50,9 +50,9 @@ Outcome run_scene(int k) {
     if (std::isnan(light.worst))
       light = opinions.of_rays(result.fitted.terms, result.fitted.fit.coefficients, limits);
     worst = light.worst;
-    EXPECT_TRUE(worst <= 1.0) << "equivalent, but not in light: " << light.statistic << light.obstacle;
+    EXPECT_TRUE(worst <= 1.0) << "equivalent, but not by wave optics: " << light.statistic << light.obstacle;
   }
-  std::printf("%-11s %5d terms %6.1f s  worst in light %.2f%s\n", to_string(result.judgement.verdict).c_str(),
+  std::printf("%-11s %5d terms %6.1f s  worst by waves %.2f%s\n", to_string(result.judgement.verdict).c_str(),
               int(result.fitted.terms.size()), seconds.count(), worst,
               outcome.counts ? "" : "  (margin sees nothing)");
   std::fflush(stdout);

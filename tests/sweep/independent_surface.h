@@ -23,11 +23,11 @@ class IndependentSurface {
   /// Slopes of the same, by differences of the fourth order in steps that change them by 1e-8 of the finest
   /// term's at most.
   std::array<double, 2> slopes(double x, double y) const;
-  /// What one height costs, in sines and cosines or in steps of a recurrence.
+  /// Cost of one height: the number of sines, cosines and steps of recurrences.
   double cost() const { return cost_; }
 
  private:
-  // Of one azimuthal order: weights of cos and sin by (n - m)/2.
+  // Terms of one azimuthal order: weights of cos and sin by (n - m)/2.
   struct Order {
     int m = 0;
     std::vector<double> cosine, sine;

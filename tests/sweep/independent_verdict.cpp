@@ -17,10 +17,11 @@
 namespace aberfit {
 namespace {
 
-// Of the light: what the cells at the edge of the independent waves leave; and, times the share that scatters
-// and (a/f)^2, a factor that is the same for an overlap of the aperture's middle and of its rim, and its mean
-// over the aperture (in the focus 0.026 at most, f/1.4 to f/3, g 1.5 to 2.5; 0.039 at half of a ring's peak,
-// g 4.2 at f/2.1; both against the integral over all pairs of points).
+// Errors of the second opinion, as fractions of the energy. kErrorOfWaves comes from grid points at the edge
+// of the pupil. The other two are factors of the scattered fraction times (a/f)^2. They cover one transfer
+// function for overlaps at the middle and at the rim of the aperture. Largest error against the integral over
+// all pairs of points: 0.026 in the focus (f/1.4 to f/3, g 1.5 to 2.5), 0.039 at half of a ring's peak (g
+// 4.2, f/2.1).
 constexpr double kErrorOfWaves = 5e-4, kErrorInFocus = 0.026, kErrorOutOfFocus = 0.04;
 // Seconds of a sine and a cosine or a step of a recurrence, and of a sample of a transform with its circles.
 constexpr double kSecondsOfTerm = 2e-8, kSecondsOfSample = 3e-7;
@@ -58,7 +59,7 @@ void judge(const Study& study, const Target& target, double off, double scale, S
 }
 
 void judge_light(const Study& study, const Target& target, double off, SecondOpinion* opinion) {
-  // Where no curve is known it is held, in light, to what a flat one is.
+  // If the slope of the encircled energy is unknown, we take that of a flat curve.
   judge(study, target, off, target.curve_slope ? aim_of(target).relative_to() : kFlattestCurve, opinion);
 }
 
@@ -89,7 +90,7 @@ std::vector<std::array<double, 2>> points_in(const Aperture& aperture, int count
   return points;
 }
 
-// Where the light that meets the mirror at a point goes: a place and a direction.
+// Place and direction of a reflected ray.
 struct TracedRay {
   std::array<double, 3> from, along;
   double radius_at(double z) const {

@@ -145,8 +145,8 @@ class StructureOfPhase {
   }
 
  private:
-  // Where a part of a sum that is most of it begins or ends inside a step, the step is two; of weaker parts
-  // and of a second one in a step the step is wrong by up to 2 % of their variance.
+  // If the largest part of a sum begins or ends inside a step, the step is split there. Weaker parts, and a
+  // second one in the same step, leave an error of up to 2 % of their variance.
   void add_jump(double from, double to) {
     constexpr double kSteepest = 0.5;  // a slope of -25 in 2 %
     double low = from * (1 + 1e-9), high = to * (1 - 1e-9);

@@ -60,7 +60,7 @@ struct Crossing {
   double z, slope;
 };
 
-// From sample `k`, above the half, on in steps of `by`.
+// Crossing of `half` from above, searched from sample `k`, which is above it, in steps of `by`.
 std::optional<Crossing> falls_to(double half, SampledCurve* curve, int k, int by) {
   while (curve->at(k + by) > half)
     if (std::abs(k += by) >= kFarthest) return std::nullopt;

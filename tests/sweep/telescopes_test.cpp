@@ -37,7 +37,7 @@ void expect_true_in_light(const char* text) {
   const SecondOpinion light =
       SecondOpinions(study).of_waves(result.fitted.terms, result.fitted.fit.coefficients,
                                      result.band.shares->cut, {.seconds = 7200, .narrow_field = true});
-  std::printf("%d terms, %.1f s, worst in light %.2f (%s)\n", int(result.fitted.terms.size()),
+  std::printf("%d terms, %.1f s, worst by waves %.2f (%s)\n", int(result.fitted.terms.size()),
               seconds.count(), light.worst, light.statistic.c_str());
   EXPECT_LE(light.worst, 1.0) << light.statistic << light.obstacle;
 }
