@@ -20,7 +20,8 @@ bool is_source(const fs::path& file) {
   return file.extension() == ".h" || file.extension() == ".cpp" || file.extension() == ".inc";
 }
 
-// The text as its reader takes it: comments without their slashes, so that a reference may go on over lines.
+// The text as its reader sees it: comments without slashes, so that a reference may continue on the next
+// line.
 std::string prose_of(const fs::path& file, const std::string& text) {
   if (!is_source(file)) return text;
   std::string prose = comments_of(text);
@@ -66,7 +67,7 @@ std::set<int> sections_of(const std::string& page) {
 }
 
 std::vector<std::string> lost_references(const Pages& pages, const fs::path& file, const std::string& text) {
-  // Numbers are those of sections where no decimals follow.
+  // A number without decimals is a section.
   static const std::string numbers = R"((\d{1,3})(?!\.?\d)(?:\s+and\s+(\d{1,3})(?!\.?\d))?)";
   static const std::regex mention(R"(((?:[\w.-]+/)*)\b(?:([A-Z]{3,})\.md\b|(PHYSICS|FORMATS|DESIGN|STYLE)\b))"
                                   R"((?:[)\]`]*,?\s+(?:section\s+)?)" +

@@ -26,7 +26,7 @@ class ModelEvaluation {
   void values() { model_(next(), &values_, nullptr); }
   void values_and_jacobian() { model_(next(), &values_, &jacobian_); }
 
-  /// Jacobian by one-sided differences of every coefficient: what a solver without derivatives pays.
+  /// Jacobian by one-sided differences of every coefficient, the cost of a solver without derivatives.
   void differences() {
     Eigen::VectorXd moved = next(), there;
     model_(moved, &values_, nullptr);

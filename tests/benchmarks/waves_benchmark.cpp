@@ -1,4 +1,4 @@
-// Wave optics: the mean spot of generalised Harvey-Shack, and the pattern of one surface with its gradients.
+// Wave optics: the mean spot of generalised Harvey-Shack, and the PSF of one surface with its gradients.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -116,7 +116,7 @@ void register_cases(bool /*smoke*/) {
         evaluate_diffraction(work->problem(), flat, {EncircledEnergyRadius{0.9, 0}}, 1, nullptr, &ee90,
                              nullptr);
       });
-      // Airy: EE = 1 - J0^2 - J1^2.
+      // Airy pattern: EE = 1 - J0^2 - J1^2.
       const double z = std::numbers::pi * ee90[0] * 2 * kRadius / (kWavelength * work->mirror.focal_length);
       const double share = 1 - std::pow(std::cyl_bessel_j(0, z), 2) - std::pow(std::cyl_bessel_j(1, z), 2);
       report_error(state, std::abs(share - 0.9), 1e-7);

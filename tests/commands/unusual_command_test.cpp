@@ -44,7 +44,7 @@ class UnusualNumbersOfAStudy : public ::testing::Test {
   ScratchFolder folder_;
 };
 
-// Each was exit 3 with a sentence about light, slopes or frequencies.
+// Each of these once gave exit 3 with a sentence about light, slopes or frequencies.
 TEST_F(UnusualNumbersOfAStudy, AreExitCodeTwoWithTheKeyWhereNothingCanBeComputed) {
   const struct {
     const char *change, *pointer, *value, *meant;
@@ -91,7 +91,7 @@ TEST_F(UnusualNumbersOfAStudy, AreToldOnceOfASweep) {
   const ordered_json result = ordered_json::parse(read_file(folder_.file("all/result.json")));
   ASSERT_EQ(unusual_in(result).size(), 1u);
   EXPECT_NE(unusual_in(result)[0].find("a focal length of 1.5 m"), std::string::npos);
-  // One case alone, of a study that is ordinary.
+  // Only one case is unusual; the study is ordinary.
   EXPECT_EQ(
       run(R"(sweep s.json -o one --set '/vary={"over": {"/mirror/focal_length": ["1.5 m", "1.5 km"]}}')"), 0)
       << err();

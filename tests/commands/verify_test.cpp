@@ -14,7 +14,7 @@ namespace {
 
 const std::string kStudy = ABERFIT_SOURCE_DIR "/fits/paper-verify/study.json";
 
-// The shipped study with so many draws.
+// The shipped study with this number of realisations.
 Study short_study(int draws) {
   Study study = read_study(kStudy);
   study.verify_draws = draws;
@@ -43,7 +43,7 @@ TEST(Verify, FewDrawsDecideNothingAndSaySo) {
   EXPECT_TRUE(warned);
 }
 
-// Light decides where the study does not name rays; there its answer is of waves.
+// Wave optics decides unless the study names rays.
 TEST(Verify, LightDecidesUnlessTheStudyNamesRays) {
   Study study = short_study(64);
   study.target = {};

@@ -13,7 +13,7 @@
 namespace aberfit {
 namespace {
 
-// The keys behind "# For `"model": "table"`:".
+// The keys after "# For `"model": "table"`:".
 std::string keys_of_table(const std::string& csv) {
   const std::string mark = "# For `\"model\": \"table\"`: ";
   const std::size_t from = csv.find(mark);

@@ -23,7 +23,7 @@ namespace aberfit::test {
 
 inline constexpr double kArcsec = std::numbers::pi / 180 / 3600;
 
-/// Everything that the functions look at.
+/// All data that the functions use.
 struct Paper {
   const Study& study;
   const VerifyReport& report;
@@ -104,7 +104,7 @@ struct Paper {
   }
 };
 
-/// R = 2 sigma D/(1.22 lambda l_c) of a surface with that correlation length [1].
+/// Ratio R = 2 sigma D/(1.22 lambda l_c) of a surface with that correlation length [1].
 inline double paper_ratio(double sigma, double l_c, double diameter, double wavelength) {
   const double length = 2 * l_c / std::sqrt(std::numbers::pi);  // int exp(-(r/l)^2) dr = sqrt(pi)/2 l
   const RadialPsd psd(GaussianPsd{sigma, length});
@@ -355,7 +355,7 @@ inline const std::map<std::string, PaperCondition> kPaperConditions = {
      [](const Paper& p, double ours, double) { return is_one(ours / p.printed("hs-deflection-mean"), 0.1); }},
     {"eq-at-surface",
      [](const Paper& p, double ours, double) { return is_one(ours / p.printed("hs-ee90"), 0.1); }},
-    // Differences of the branches against three standard errors of a difference, in rays.
+    // Differences of the branches, compared with three standard errors of a difference of ray statistics.
     {"fwhm-similar",
      [](const Paper& p, double ours, double) { return ours < 3 * 0.01 * p.printed("hs-fwhm"); }},
     {"ee90-difference",

@@ -1,5 +1,5 @@
-// Tables and results that the program reads: PSDs, coefficients, CODE V listings, light of a focus,
-// records of a sweep.
+// Tables and results that the program reads: PSDs, coefficients, CODE V listings, curves of a focus, records
+// of a sweep.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -49,7 +49,7 @@ void read_coefficients(std::string_view bytes) {
     TermSet terms;
     const Eigen::VectorXd coefficients = read_coefficients_csv(path, &terms);
     require(coefficients.size() == terms.size() && coefficients.allFinite(), "a number for every term");
-    TermSet again;  // what is written of it is the same
+    TermSet again;  // the rewritten terms are the same
     const std::string copy = fuzz_folder().write("again.csv", coefficients_csv(terms, coefficients, {}));
     require((read_coefficients_csv(copy, &again).array() == coefficients.array()).all(),
             "coefficients survive a round trip");

@@ -60,7 +60,7 @@ inline std::string fault_of(const nlohmann::ordered_json& value, const nlohmann:
   return "";
 }
 
-/// Expects a result to be as the schema of its kind has it.
+/// Expects a result to follow the schema of its kind.
 inline void expect_valid_result(const nlohmann::ordered_json& result) {
   static const nlohmann::ordered_json schema = results_schema();
   std::string fault = "no such kind";

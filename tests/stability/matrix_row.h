@@ -10,8 +10,8 @@ namespace aberfit {
 inline constexpr double kLongestFit = test::kSanitized ? 1200 : 120;  ///< [s] of processor time, one thread
 
 /// Runs scene k of `seed` through the program, `check` and then `fit`, each a process of its own under the
-/// time limit, and lets tools of the tests' own judge what came. folder: an empty one, for all its files.
-/// The row says
+/// time limit, and judges the result by tools of the tests' own. folder: an empty one, for all its files. The
+/// row says
 ///   seed, row, name, classes, open     which scene
 ///   outcome                            equivalent, undecided, different; refused; crash, time-out (of
 ///   processor time), hang (of the clock) iteration_s, checked_terms         what `check` says of one

@@ -102,7 +102,7 @@ std::optional<IndependentWidth> independent_width(const std::function<double(dou
   const std::optional<Crossing> upper = falls_to(half, &samples, best, 1),
                                 lower = falls_to(half, &samples, best, -1);
   if (!upper || !lower) return std::nullopt;
-  // The half is off by half of what the peak is, the other way round at worst.
+  // The half level is wrong by half of the error of the peak, at worst in the opposite direction.
   return IndependentWidth{upper->z - lower->z, 1.5 * (1 / upper->slope + 1 / lower->slope)};
 }
 
