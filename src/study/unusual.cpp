@@ -94,7 +94,7 @@ std::vector<Law> scene_laws() {
 
 // This slope comes from the conic, the even powers and the known Zernikes; a sphere of f/0.5 has 0.08.
 std::vector<Law> shape_laws() {
-  return {{"a slope of {:.3g} beside the parabola's at the rim",
+  return {{"a slope of {:.3g} in addition to the parabola's at the rim",
            [](const Scene& s) { return s.departure; },
            0,
            0.1,

@@ -59,7 +59,7 @@ struct Scene {
   PupilSample pupil;
   SurfaceOperator surface;
   CoefficientPrior prior;
-  double focal_sigma = 0;  ///< of draw 1 [m]
+  double focal_sigma = 0;  ///< of realisation 1 [m]
 
   Scene(TermSet terms, CoefficientPrior prior_of_terms, PupilSample points, int threads = 1)
       : pupil(std::move(points)),
