@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr const char* kFactorAllowed = "a finite number, the factor to m or rad";
+constexpr const char* kFactorAllowed = "a finite number other than 0 that converts to m or rad";
 
 struct Paths {
   std::string metadata, data;

@@ -52,7 +52,7 @@ class FileBytes {
   }
   std::string_view text(std::uint64_t place, std::uint64_t length) const {
     if (!holds(place, length))
-      fail(size(), "the end of the file", fmt::format("{} bytes from byte {} on", length, place));
+      fail(size(), "the end of the file", fmt::format("{} bytes that begin at byte {}", length, place));
     return bytes_.substr(std::size_t(place), std::size_t(length));
   }
   bool holds(std::uint64_t place, std::uint64_t length) const {

@@ -52,10 +52,10 @@ std::vector<OpdBlock> opd_blocks(const FileBytes& file) {
   for (std::uint64_t record = 2 + kRecord; record < 2 + directory; record += kRecord) {
     const std::uint64_t length = file.at<std::uint32_t>(record + 18);
     if (!file.holds(first, length))
-      file.fail(
-          record,
-          fmt::format("a block of {} bytes from byte {} on in a file of {}", length, first, file.size()),
-          "blocks inside the file");
+      file.fail(record,
+                fmt::format("a block of {} bytes that begins at byte {}, in a file of {} bytes", length,
+                            first, file.size()),
+                "blocks inside the file");
     if (length > 0)
       blocks.push_back(
           {opd_name(file.text(record, 16)), file.at<std::uint16_t>(record + 16), record, first, length});

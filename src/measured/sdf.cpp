@@ -193,7 +193,7 @@ HeightMap read_sdf_binary(const MeasuredSource& source, std::string_view bytes) 
   if (!file.holds(first, needed))
     file.fail(file.size(),
               fmt::format("the end of the file, {} bytes too early", first + needed - file.size()),
-              fmt::format("{} of {} bytes from byte {} on", grid.size_text(), width, first));
+              fmt::format("{} of {} bytes each, which begin at byte {}", grid.size_text(), width, first));
   HeightMap map = grid.empty();
   map.label = header.manufacturer;
   for (std::int64_t point = 0; point < grid.points(); ++point)

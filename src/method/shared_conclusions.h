@@ -9,7 +9,7 @@ namespace aberfit::internal {
 /// Mismatch of the perfect mirror, and the warning `margin-sees-nothing` where it is within the margin.
 void ask_perfect_mirror(const FitCase& of, FitOutcome* result);
 
-/// Spread of single mirrors of the specification, in the result and in each of its metrics.
+/// Adds the spread of single mirrors of the specification to the result and to each of its metrics.
 void tell_spread(const FitCase& of, FitOutcome* result);
 
 /// The warning `realisation-spread`, where single mirrors differ by more than a tolerance. holds_for: the

@@ -16,8 +16,8 @@ void add_character(Page* page, const Character& character);
 /// Adds the focus of a map, one column per surface; nothing without a map.
 void add_map_light(Page* page, const FitOutcome& outcome);
 
-/// Addition to `verdict` in the headline: "PSD and shape those of draws", "but not of this roughness: PSD 3.1
-/// times at 12 /m".
+/// Addition to `verdict` in the headline: "the PSD and shape are those of a random realisation", or "but it
+/// is no realisation of this roughness: PSD 3.1 times at 12 /m".
 std::string character_words(const Character& character, Verdict verdict);
 
 }  // namespace aberfit::internal

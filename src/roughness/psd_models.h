@@ -17,8 +17,8 @@
 #include "power_waves.h"
 #include "square.h"
 
-// What the program has to know of each PSD model, model by model. PsdModelType at the end names all of it, so
-// a model that lacks a part does not compile.
+// PsdRules of each PSD model. The concept PsdModelType at the end lists all that a model needs, so a model
+// that lacks a part does not compile.
 namespace aberfit::internal {
 
 /// A number of a model, with d ln S/dp inside the band for a given factor. That of heights, of ends of the
@@ -377,7 +377,7 @@ concept PsdModelType = requires(const Model& m, Model& changed, const LogSlope& 
                                 double f, double r, double wavelength) {
   // Every number with its key, role and derivative.
   { PsdRules<Model>::numbers(changed) } -> std::same_as<ModelNumbers>;
-  // What is wrong beside heights and band, as for psd_problem.
+  // The problem of this model, as for psd_problem; heights and band are checked for all models alike.
   { PsdRules<Model>::problem(m) } -> std::same_as<std::string>;
   // S = factor shape(f); the factor belongs to the rms, if one is set.
   { PsdRules<Model>::shape(m, f) } -> std::same_as<double>;

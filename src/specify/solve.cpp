@@ -72,15 +72,15 @@ class Search {
       try {
         steps.push_back(step(next));
       } catch (const ComputationError& error) {
-        return finish(last, std::string("beyond it ") + error.what(), end), steps;
+        return finish(last, std::string("beyond it: ") + error.what(), end), steps;
       }
       if (refused) return finish(next, why, end), steps;
       const Step& before = steps.size() > 1 ? steps[steps.size() - 2] : start;
       flat = (steps.back().excess - before.excess).abs().maxCoeff() < kFlat ? flat + 1 : 0;
-      if (flat == kFlatSteps) return finish(next, "nothing changes any more", end), steps;
+      if (flat == kFlatSteps) return finish(next, "the values no longer change", end), steps;
     }
     finish(steps.empty() ? start.log : steps.back().log,
-           fmt::format("{:g} decades from the start", options_.decades), end);
+           fmt::format("limit of {:g} decades from the start", options_.decades), end);
     return steps;
   }
 

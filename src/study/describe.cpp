@@ -228,7 +228,8 @@ struct Band {
 void describe(Visitor& v, Band& band) {
   v.quantity({"from", "shortest wavelength [m]", kOptional, "\"500 nm\""}, band.from, kLength, kWavelengths);
   v.quantity({"to", "longest wavelength [m]", kOptional, "\"600 nm\""}, band.to, kLength, kWavelengths);
-  v.integer({"count", "number of wavelengths of equal share, in the middles of as many parts; absent: 5",
+  v.integer({"count",
+             "number of wavelengths of equal weight, in the middles of as many parts of the band; absent: 5",
              kOptional, "5"},
             band.count, 2, 100);
   v.list(

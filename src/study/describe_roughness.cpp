@@ -132,8 +132,8 @@ void describe(Visitor& v, PowerLawPsd& m) {
               kOptional, "3"},
              exponent, kNumber, Range{-20, 20});
   v.check(exponent.has_value() != line.has_value(), "exponent",
-          line ? "an exponent beside profile_psd" : "no exponent",
-          line ? "only B of profile_psd" : "the 2-D exponent b of amplitude f^-b");
+          line ? "both exponent and profile_psd" : "no exponent",
+          line ? "profile_psd alone; its B gives the exponent" : "the 2-D exponent b of amplitude f^-b");
   if (exponent) m.exponent = *exponent;
   if (line && v.reading()) take_line(*line, m);
   describe_f_min(v, m.f_min, kRequired);

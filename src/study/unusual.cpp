@@ -94,7 +94,7 @@ std::vector<Law> scene_laws() {
 
 // This slope comes from the conic, the even powers and the known Zernikes; a sphere of f/0.5 has 0.08.
 std::vector<Law> shape_laws() {
-  return {{"a slope of {:.3g} beside the parabola's at the rim",
+  return {{"a slope of {:.3g} in addition to the parabola's at the rim",
            [](const Scene& s) { return s.departure; },
            0,
            0.1,
@@ -103,7 +103,7 @@ std::vector<Law> shape_laws() {
 
 // 2.5e-5 wavelengths scatter 1e-7 of the light, (4 pi rms/lambda)^2. A smaller fraction is lost in the
 // scatter of air.
-// 100 wavelengths: the dishes of Cherenkov telescopes, the roughest mirrors used in light, have about 20.
+// 100 wavelengths: the dishes of Cherenkov telescopes, the roughest mirrors for visible light, have 20.
 // A slope of 0.1 spreads the light over a fifth of the focal length, and the first order in it errs by 5 %.
 // One cycle across: slower roughness only tilts and bends the mirror. One cycle in a wavelength: faster
 // roughness does not scatter.

@@ -1,4 +1,4 @@
-// What each statistic is by theory: its mean, how that changes with the PSD, and how mirrors differ in it.
+// Statistics by theory: their means, how the means change with the PSD, and their spread among mirrors.
 #include <cmath>
 #include <map>
 
@@ -73,10 +73,10 @@ struct DiscOfAim {
         0.2 * pupil.wavelength() * pupil.mirror().focal_length / (2 * aperture_radius(pupil.aperture()));
     return {{{radius, 0}, relative_to * mean.encircled_energy(radius, 0) / value}};
   }
-  // By parts, MTF(nu) = int E(r) 2 pi nu J1(2 pi nu r) dr. A realisation changes E at all radii nearly
-  // together, so only the first lobe of J1 counts: its top at 1.84, its integral 1 - J0(3.83) = 1.40. Error:
-  // 1.05 to 1.99 times the spread of 60 realisations of four PSDs, at 0.08 to 0.5 of the cutoff and Strehl
-  // ratios 0.85 to 1.04 (tests/method/light_statistics_test.cpp).
+  // Integration by parts gives MTF(nu) = int E(r) 2 pi nu J1(2 pi nu r) dr. A realisation changes E at all
+  // radii nearly together, so only the first lobe of J1 counts: its top at 1.84, its integral 1 - J0(3.83) =
+  // 1.40. Error: 1.05 to 1.99 times the spread of 60 realisations of four PSDs, at 0.08 to 0.5 of the cutoff
+  // and Strehl ratios 0.85 to 1.04 (tests/method/light_statistics_test.cpp).
   Disc operator()(const ModulationTransfer& s) const {
     return {{{1.8412 / (kTwoPi * s.frequency), 0}, relative_to / 1.4028}};
   }

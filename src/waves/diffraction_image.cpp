@@ -92,7 +92,7 @@ void scatter_lags(const DiffractionProblem& problem, ComplexMatrix* lags) {
     }
 }
 
-// The transfer function at all lags, along x by along y, in squared amplitudes of cells.
+// The transfer function at all lags, x by y, not normalised: amplitudes of grid points, multiplied in pairs.
 ComplexMatrix transfer_lags(const DiffractionScene& scene, const Eigen::ArrayXcd& field) {
   const int n = fast_transform_size(2 * std::max(scene.rows(), scene.columns()));
   const Grid intensity = by_transform(scene, field, n, 1, 0, n);

@@ -1,6 +1,6 @@
-// The map of the repository, kept true: which room includes which, which library lives where, what lies at
-// the top, how long functions and how large rooms are, where a study may not be changed, which names leave
-// their room, and that a test knows every warning.
+// Keeps the rules of the repository: includes between rooms, outside libraries per room, the top level,
+// lengths of functions and rooms, where a study may be changed, names that leave their room, and a test for
+// every warning.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Sources and headers of the library and the program, as paths below the root; pages, scripts of pictures and
-// other texts are no sources.
+// Sources and headers of the library and the program, as paths below the root. Pages, scripts of pictures and
+// other texts do not count.
 std::vector<fs::path> sources() {
   std::vector<fs::path> found;
   for (const char* folder : {"include", "src"})
@@ -32,7 +32,7 @@ std::vector<fs::path> sources() {
   return found;
 }
 
-// What git tracks at the top level; empty where the sources come without git or it will not answer.
+// Names that git tracks at the top level; empty if the sources come without git or git fails.
 std::vector<std::string> tracked_at_top() {
   if (!fs::exists(kRoot / ".git")) return {};
   const std::string command = "git -C '" + kRoot.string() + "' ls-files 2> /dev/null";
@@ -70,7 +70,7 @@ TEST(Architecture, EveryIncludeKeepsTheOrderOfTheRoomsAndTheirLibraries) {
     EXPECT_TRUE(found.empty()) << joined(found);
     seen.insert(file.parent_path().filename().string());
   }
-  // The rooms that exist were read: an empty walk would pass for the wrong reason.
+  // The existing rooms must be among the files; an empty list would pass wrongly.
   for (const char* room :
        {"core", "scene", "measured", "roughness", "spectrum", "terms", "trace", "focus", "waves", "theory",
         "forward", "fit", "method", "chart", "specify", "report", "study", "cases", "commands"})
@@ -90,7 +90,7 @@ TEST(Architecture, NoFunctionIsLongerThanEightyLines) {
   }
 }
 
-// Two classes of one name are one to the linker, which keeps the functions of either.
+// The linker takes two classes of one name for one and keeps the functions of either.
 TEST(Architecture, NoTwoHeadersDefineAClassOfOneName) {
   static const std::regex definition(R"((?:^|\n)(?:struct|class) (\w+)\b(?!::)[^;{]*\{)");
   std::map<std::string, std::string> header_of;
@@ -132,8 +132,8 @@ TEST(Architecture, NamesOfOneRoomStayInside) {
   }
 }
 
-// What tests say, by the folder below tests/; `fits` has the expected results of the studies with it. What
-// the rules below are tried with is no test of a warning.
+// Texts of the tests, by the folder below tests/. `fits` includes the expected results of the studies. The
+// texts with which the rules below are tested are left out, because they are no test of a warning.
 std::map<std::string, std::string> texts_of_tests() {
   std::map<std::string, std::string> texts;
   const auto read = [&](const char* top, const auto& counts) {
@@ -152,7 +152,7 @@ std::map<std::string, std::string> texts_of_tests() {
   return texts;
 }
 
-// A test that names a code is no proof that it sees the warning come, but one that none names, none sees.
+// A test that names a code need not test the warning, but a code that no test names is not tested.
 TEST(Architecture, EveryWarningIsNamedByATest) {
   const std::map<std::string, std::string> tests = texts_of_tests();
   EXPECT_TRUE(tests.contains("method") && tests.contains("fits"));
@@ -161,7 +161,7 @@ TEST(Architecture, EveryWarningIsNamedByATest) {
     const bool reports = file.parent_path().filename() == "report";
     for (const std::string& code : warning_codes(contents(kRoot / file))) {
       codes.insert(code);
-      // The results that tests of reports show are made by hand.
+      // The hand-made results in tests of reports do not count.
       EXPECT_TRUE(std::any_of(tests.begin(), tests.end(),
                               [&](const auto& test) {
                                 return (reports || test.first != "report") &&
@@ -181,7 +181,7 @@ TEST(Architecture, TopLevelHoldsOnlyWhatBelongsThere) {
   EXPECT_TRUE(found.empty()) << joined(found);
 }
 
-// The rules themselves: each breach is told, its permitted neighbour is not.
+// Tests the rules themselves: each breach is reported, its permitted neighbour is not.
 TEST(SourceRules, TellEveryKindOfBreach) {
   struct Case {
     const char* file;
@@ -272,7 +272,7 @@ TEST(SourceRules, TellWhatTheUmbrellaHeaderMisses) {
   EXPECT_EQ(missing_from_umbrella(files, b + a), std::vector<std::string>{"fit comes too early"});
 }
 
-// So many lines of a body.
+// A function body with this number of lines.
 std::string body(std::size_t lines) {
   std::string text;
   for (std::size_t i = 0; i < lines; ++i) text += i % 7 == 3 ? "\n" : "    ++x;  // }\n";
@@ -281,7 +281,7 @@ std::string body(std::size_t lines) {
 
 TEST(SourceRules, TellFunctionsThatAreTooLong) {
   struct Case {
-    std::string before, signature, after;  // the function's own lines are those from its signature on
+    std::string before, signature, after;  // the lines of the function begin at its signature
     std::size_t own_lines;                 // of the signature and the closing brace
   };
   const Case cases[] = {
@@ -308,7 +308,7 @@ TEST(SourceRules, TellFunctionsThatAreTooLong) {
        {"namespace a {\n", "struct S : T<decltype(f())> {\n", "const int kTable[] = {\n",
         "const std::map<int, int> kTable(\n    1) = {\n", "enum class E {\n"})
     EXPECT_TRUE(long_functions("src/fit/a.cpp", no_function + body(100) + "}\n").empty()) << no_function;
-  // A lambda is part of the function it stands in, whatever its indentation; what comes after is not.
+  // A lambda is part of the function around it, whatever its indentation; later functions are not.
   const std::string with_lambda =
       "void f() {\n  g(\n      1, [&](int x) {\n" + body(70) + "      });\n}\n\nclass S {\n  int f() {\n";
   EXPECT_TRUE(long_functions("src/fit/a.cpp", with_lambda + body(78) + "  }\n};\n").empty());
@@ -390,7 +390,7 @@ TEST(SourceRules, TellWhereAStudyIsCopiedOrChanged) {
         EXPECT_TRUE(sentence.starts_with(std::string(file) + ":3: ")) << sentence;
       EXPECT_NE(joined(found).find(c.problem), std::string::npos) << joined(found);
     }
-  // A declaration over two lines; and rooms below may.
+  // The declaration has two lines; rooms below the method may do this.
   EXPECT_EQ(changed_studies("src/main.cpp", "void f(int n,\n       Study study);\n").size(), 1u);
   EXPECT_TRUE(changed_studies("src/main.cpp", "const Study study =\n    read_study(path);\n").empty());
   EXPECT_TRUE(changed_studies("src/study/a.cpp", "Study read_study(const std::string& path);\n").empty());

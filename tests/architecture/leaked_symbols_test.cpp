@@ -1,5 +1,5 @@
-// What is compiled for one instruction set must not be what the linker gives to everyone: of the units that
-// have Eigen for a set, every symbol that other units may have, too, belongs to that set's own namespace.
+// Code that is compiled for one instruction set must not be linked into code for every machine. In units that
+// compile Eigen for a set, a symbol that other units may also have must be in that set's own namespace.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace {
 
-// Lines of `nm -A -C`: "library:member:address kind name".
+// A line of `nm -A -C`: "library:member:address kind name".
 struct Symbol {
   std::string member, name;
   char kind;
@@ -46,7 +46,7 @@ TEST(LeakedSymbols, EigenOfAnInstructionSetStaysInItsNamespace) {
   for (const Symbol& symbol : symbols) {
     if (symbol.member.find("eigen_kernels_avx") == std::string::npos) continue;
     members.insert(symbol.member);
-    // W, w, V, v, u: merged with those of the same name elsewhere. DW.ref is data of the unwinder.
+    // The linker merges symbols of kinds W, w, V, v and u by name. DW.ref is data of the unwinder.
     if (std::string("WwVvu").find(symbol.kind) == std::string::npos || symbol.name.rfind("DW.ref.", 0) == 0)
       continue;
     ++shared;
@@ -55,7 +55,7 @@ TEST(LeakedSymbols, EigenOfAnInstructionSetStaysInItsNamespace) {
   }
   if (members.empty()) GTEST_SKIP() << "this processor's library has Eigen for one instruction set only";
   EXPECT_EQ(members.size(), 2u);
-  EXPECT_GT(shared, 10);  // else nothing was looked at
+  EXPECT_GT(shared, 10);  // else nothing was tested
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Where comments and pages send their reader: to pages, sections and files that a clone has.
+// Comments and pages refer only to pages, sections and files that a clone has.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What people read, as paths below the root: sources, pages and build files, without data that others made.
+// Texts that people read, as paths below the root: sources, pages and build files, without others' data.
 std::vector<fs::path> readings() {
   std::vector<fs::path> found = {"README.md", "CMakeLists.txt"};
   for (const char* folder : {"include", "src", "tests", "examples", "fits"})
@@ -40,7 +40,7 @@ Pages pages() {
 
 TEST(Pages, EveryReferenceLeadsToAPageAndSectionOfTheRepository) {
   const Pages all = pages();
-  // Pages were read and sections found: an empty list would pass for the wrong reason.
+  // Pages and sections must have been found; an empty list would pass wrongly.
   EXPECT_TRUE(all.files.contains("include/aberfit/FORMATS.md"));
   EXPECT_EQ(all.sections.at("PHYSICS"), (std::set<int>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10}));
   for (const fs::path& file : readings()) {
@@ -56,7 +56,7 @@ TEST(Pages, EveryLinkLeadsToAFile) {
   }
 }
 
-// The rules themselves: each breach is told, its permitted neighbour is not.
+// Tests the rules themselves: each breach is reported, its permitted neighbour is not.
 TEST(PageRules, FindTheNumbersOfSections) {
   EXPECT_EQ(sections_of("# 1. A\ntext ## 2. no\n\n## 3. C\n### 12. D\n## 4 no\n## Five\n5. no\n"),
             (std::set<int>{1, 3, 12}));

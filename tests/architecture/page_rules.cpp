@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where a rule is broken, as file and line.
+// File and line of the place where a rule is broken.
 std::string place(const fs::path& file, const std::string& text, std::size_t at) {
   const auto number = std::count(text.begin(), text.begin() + std::ptrdiff_t(at), '\n') + 1;
   return file.string() + ":" + std::to_string(number) + ": ";
@@ -20,7 +20,8 @@ bool is_source(const fs::path& file) {
   return file.extension() == ".h" || file.extension() == ".cpp" || file.extension() == ".inc";
 }
 
-// The text as its reader takes it: comments without their slashes, so that a reference may go on over lines.
+// The text as its reader sees it: comments without slashes, so that a reference may continue on the next
+// line.
 std::string prose_of(const fs::path& file, const std::string& text) {
   if (!is_source(file)) return text;
   std::string prose = comments_of(text);
@@ -43,7 +44,7 @@ bool is_there(const Pages& pages, const fs::path& file, const std::string& folde
                      [&](const fs::path& candidate) { return candidate.filename() == page; });
 }
 
-// What is wrong with the sections that a reference names; empty: nothing.
+// Returns the problem of the sections that a reference names; empty if there is none.
 std::string against_sections(const Pages& pages, const std::string& name, const std::smatch& match,
                              std::size_t first) {
   const auto known = pages.sections.find(name);
@@ -66,7 +67,7 @@ std::set<int> sections_of(const std::string& page) {
 }
 
 std::vector<std::string> lost_references(const Pages& pages, const fs::path& file, const std::string& text) {
-  // Numbers are those of sections where no decimals follow.
+  // A number without decimals is a section.
   static const std::string numbers = R"((\d{1,3})(?!\.?\d)(?:\s+and\s+(\d{1,3})(?!\.?\d))?)";
   static const std::regex mention(R"(((?:[\w.-]+/)*)\b(?:([A-Z]{3,})\.md\b|(PHYSICS|FORMATS|DESIGN|STYLE)\b))"
                                   R"((?:[)\]`]*,?\s+(?:section\s+)?)" +

@@ -15,12 +15,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Rooms of their own, above all others.
+// Rooms of their own, which may include all others.
 const char* const kProgram = "the program";  // sources directly in src: main.cpp and what it is made of
 const char* const kUmbrella = "aberfit.h";   // all public headers, and nothing else
 
-// Where each outside library may appear, by the beginning of what is included (src/README.md, the table of
-// rooms).
+// Rooms that may include each outside library, by the beginning of the included path (src/README.md, the
+// table of rooms).
 const std::map<std::string, std::set<std::string>>& libraries() {
   static const std::set<std::string> all = [] {
     std::set<std::string> names(rooms().begin(), rooms().end());
@@ -34,7 +34,7 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"boost/math/", {"core", "roughness", "spectrum", "terms", "theory", "method", "specify"}},
       {"boost/random/sobol.hpp", {"cases"}},
       {"mpi.h", {"cases"}},
-      {"dlfcn.h", {"cases"}},             // the module that has MPI
+      {"dlfcn.h", {"cases"}},             // the module that includes MPI
       {"boost/version.hpp", {"report"}},  // a number for the provenance, no code
       {"fftw3.h", {"roughness", "terms", "waves"}},
       {"fitsio.h", {"measured"}},
@@ -46,8 +46,8 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"nlohmann/",
        {"measured", "report", "study", "cases", "commands"}},  // DABAM metadata, results, studies
       {"CLI/", {kProgram}},
-      // The operating system: memory, processes and files of gnuplot and the reports, the terminal of the
-      // program.
+      // Headers of the operating system: memory, processes and files of gnuplot and the reports, the
+      // terminal.
       {"unistd.h", {"core", "report", "cases", "commands"}},
       {"fcntl.h", {"report", "cases"}},
       {"poll.h", {"report"}},
@@ -57,7 +57,7 @@ const std::map<std::string, std::set<std::string>>& libraries() {
   return table;
 }
 
-// Libraries whose headers the installed package promises to find for its user.
+// Libraries whose headers the installed package must find for its user.
 const std::set<std::string> kPublicLibraries = {"Eigen/", "nlohmann/", "fmt/"};
 
 // Room of a path below the root: the folder under include/aberfit or src.
@@ -97,7 +97,7 @@ std::string against_angled(const fs::path& file, const std::string& room, const 
     if (!allowed.contains(room)) return "has no place in " + room;
     const bool header = file.string().starts_with("include");
     if (header && !kPublicLibraries.contains(library)) return "is a private dependency, in a public header";
-    // Whoever includes a header of ours does not pay for all of JSON.
+    // A user of our headers should not have to compile all of JSON.
     if (header && library == "nlohmann/" && included != "nlohmann/json_fwd.hpp")
       return "is only named in public headers, by json_fwd.hpp";
     return "";
@@ -108,7 +108,7 @@ std::string against_angled(const fs::path& file, const std::string& room, const 
   return "";
 }
 
-// What each character of a source belongs to.
+// The part of the text to which a character of a source belongs.
 enum class Part : char { kCode, kQuoted, kComment };
 
 std::vector<Part> parts_of(const std::string& text) {
@@ -141,7 +141,7 @@ std::vector<Part> parts_of(const std::string& text) {
   return parts;
 }
 
-// The text with all but one kind of part as blanks, on the same lines.
+// The text with only one kind of part; the rest is blank, on the same lines.
 std::string only(Part wanted, const std::string& text) {
   const std::vector<Part> parts = parts_of(text);
   std::string left = text;
@@ -169,7 +169,7 @@ struct Extent {
   std::size_t first, last;
 };
 
-// Where the statement that opens a brace at the end of `line` begins.
+// First line of the statement that opens a brace at the end of `line`.
 std::size_t first_line_of_statement(const std::vector<std::string>& code, std::size_t line) {
   static const std::regex other(R"(\s*(#.*|(public|private|protected):))");
   std::size_t first = line;
@@ -182,7 +182,7 @@ std::size_t first_line_of_statement(const std::vector<std::string>& code, std::s
   return first;
 }
 
-// Functions whose signature begins at that many columns, and not inside of others.
+// Functions whose signature begins at this column, and not inside other functions.
 std::vector<Extent> functions_at(const std::vector<std::string>& code, std::size_t columns,
                                  const std::vector<Extent>& others) {
   static const std::regex other(
@@ -207,7 +207,7 @@ std::vector<Extent> functions_at(const std::vector<std::string>& code, std::size
   return found;
 }
 
-// Where a rule is broken, with the line as it stands in the file.
+// Sentence for a broken rule, with the line as it stands in the file.
 std::string breach(const fs::path& file, const std::string& text, std::size_t at,
                    const std::string& problem) {
   const auto number = std::size_t(std::count(text.begin(), text.begin() + std::ptrdiff_t(at), '\n')) + 1;
@@ -215,7 +215,8 @@ std::string breach(const fs::path& file, const std::string& text, std::size_t at
          problem;
 }
 
-// What is wrong with a mention of Study or Task between what comes before and after it; empty: nothing.
+// Returns the problem of a mention of Study or Task, from the text before and after it; empty if there is
+// none.
 std::string against_mention(const std::string& before, std::string after) {
   static const std::regex ends_const(R"([^]*\bconst)"), begins_const(R"(const\b[^]*)");
   static const std::regex declared(R"([^]*\b(struct|class|using))");
@@ -233,7 +234,7 @@ std::string against_mention(const std::string& before, std::string after) {
   return by_value && !std::regex_match(after, made) ? "is a copy" : "";
 }
 
-// What is declared directly in a namespace: the text before its `;` or `{`, and where that begins.
+// A declaration directly in a namespace: the text before its `;` or `{`, and where that begins.
 struct Declared {
   std::string space;  // a::b; empty: the global one
   std::string head;
@@ -248,7 +249,7 @@ std::vector<Declared> declarations(std::string code) {
         first < code.size() && code[first] == '#')
       while (at < code.size() && code[at] != '\n') code[at++] = ' ';
   std::vector<Declared> found;
-  std::vector<std::string> spaces{""};  // that are open, by their full names
+  std::vector<std::string> spaces{""};  // open namespaces by their full names
   std::size_t other_braces = 0, start = 0;
   for (std::size_t i = 0; i < code.size(); ++i) {
     if (std::string_view(";{}").find(code[i]) == std::string_view::npos) continue;
@@ -272,7 +273,7 @@ std::vector<Declared> declarations(std::string code) {
 
 const char* const kInternal = "aberfit::internal";
 
-// What is wrong with a declaration in a header of src/<room>; empty: nothing.
+// Returns the problem of a declaration in a header of src/<room>; empty if there is none.
 std::string against_private(const Declared& declared) {
   static const std::regex part(R"((?:struct|class)\s+\w+(?:::\w+)+[^]*)");
   static const std::regex opened(R"((?:inline\s+)?namespace\b[^]*)");
@@ -287,7 +288,7 @@ std::string against_private(const Declared& declared) {
   return declared.space == kInternal || part_of_public ? "" : "belongs to one room, into aberfit::internal";
 }
 
-// Whether a place in a class is in its private part.
+// Returns whether a place in a class is in its private part.
 bool is_private(const std::string& code, std::size_t at) {
   static const std::regex change(R"(\b(?:public|private|protected):|\n\};)");
   std::string last;
@@ -309,7 +310,7 @@ const std::vector<std::string>& rooms() {
 std::vector<std::string> violations(const fs::path& root, const fs::path& file, const std::string& text) {
   const std::optional<std::string> room = room_of(file);
   if (!room) return {file.string() + " lies in no room"};
-  // A kernel body that is included through a macro counts where the macro gets its value.
+  // A kernel body that is included through a macro counts where the macro is defined.
   static const std::regex quoted(
       R"re(^\s*#\s*(?:include\s*|define\s+\w+\s+)"([^"]+\.(?:h|hpp|inc|cpp))".*)re");
   static const std::regex angled(R"(^\s*#\s*include\s*<([^>]+)>.*)");

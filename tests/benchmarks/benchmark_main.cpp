@@ -1,5 +1,5 @@
-// The main program of every benchmark: google-benchmark, plus --smoke, plus a failing exit code when an error
-// is above what is allowed.
+// The main program of every benchmark: google-benchmark with the option --smoke. The exit code is an error if
+// an error exceeds its allowed value.
 #include <fmt/format.h>
 
 #include <cstring>
@@ -14,8 +14,8 @@
 namespace aberfit::benchmarks {
 namespace {
 
-/// What failed, one sentence per row. The only state beside google-benchmark's own registry of rows, which
-/// has to be global, too.
+/// Failed rows, one sentence each. This is the only global state beside google-benchmark's own registry of
+/// rows.
 std::set<std::string>& failures() {
   static std::set<std::string> found;
   return found;
@@ -38,7 +38,7 @@ void add_case(const std::string& name, const std::function<Timed()>& prepare) {
                                [name, prepare](benchmark::State& state) {
                                  try {
                                    if (kept().name != name) {
-                                     kept() = {};  // frees the memory of the row before
+                                     kept() = {};  // frees the memory of the previous row
                                      kept() = {name, prepare()};
                                    }
                                    kept().timed(state);
@@ -66,7 +66,7 @@ void report_prediction(benchmark::State& state, double seconds) { state.counters
 
 void time_against(benchmark::State& state, const std::function<void()>& ours,
                   const std::string& name_of_other, const std::function<void()>& other) {
-  // google-benchmark counts the time of `ours` only: a much slower other way is not repeated as often.
+  // google-benchmark counts only the time of `ours`; a much slower other way is repeated less often.
   constexpr double kOtherSeconds = 0.3;
   double spent = 0;
   std::vector<double> of_ours, of_other;

@@ -8,7 +8,7 @@
 
 namespace aberfit::benchmarks {
 
-/// Seconds that `work` takes on the wall.
+/// Wall-clock seconds of `work`.
 inline double seconds_of(const std::function<void()>& work) {
   const auto begin = std::chrono::steady_clock::now();
   work();

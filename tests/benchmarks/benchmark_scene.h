@@ -13,7 +13,7 @@ namespace aberfit::benchmarks {
 
 constexpr double kRadius = 0.2;  // [m]
 
-/// f/7 parabola of 0.4 m, the paper's.
+/// The paper's mirror: a parabola of f/7 with a diameter of 0.4 m.
 inline Mirror parabola() {
   Mirror mirror;
   mirror.focal_length = 2.8;
@@ -36,7 +36,7 @@ inline RadialPsd roughness_for(int n_max) {
   return RadialPsd(UniformPsd{100e-9, 2.5, std::max(4.0, (n_max + 1) / (2 * std::numbers::pi * kRadius))});
 }
 
-/// Independent normal coefficients, 100 nm RMS together.
+/// Independent normal coefficients with 100 nm RMS in all.
 inline Eigen::VectorXd random_coefficients(Eigen::Index size, std::uint64_t seed = 1) {
   return 100e-9 / std::sqrt(double(size)) * draw_white(size, seed);
 }
@@ -59,7 +59,7 @@ struct Scene {
   PupilSample pupil;
   SurfaceOperator surface;
   CoefficientPrior prior;
-  double focal_sigma = 0;  ///< of draw 1 [m]
+  double focal_sigma = 0;  ///< of realisation 1 [m]
 
   Scene(TermSet terms, CoefficientPrior prior_of_terms, PupilSample points, int threads = 1)
       : pupil(std::move(points)),
@@ -73,7 +73,7 @@ struct Scene {
               make_prior(zernike_terms(n_max), roughness_for(n_max), CovarianceKind::kFull),
               std::move(points), threads) {}
 
-  /// Surface of a seeded draw from the prior.
+  /// Surface of a seeded realisation of the prior.
   SurfaceField draw(std::uint64_t seed) const {
     SurfaceField field;
     surface.apply(prior.colour(draw_white(prior.size(), seed)), &field);
@@ -99,8 +99,8 @@ inline std::vector<Statistic> twelve_statistics() {
   return statistics;
 }
 
-/// The default ones: seven EE radii in nine planes (offsets in units of f sigma_f / R), ring FWHM, scatter
-/// RMS, RMS height.
+/// The default statistics: seven EE radii in nine planes (offsets in units of f sigma_f / R), ring FWHM,
+/// scatter RMS, RMS height.
 inline std::vector<Statistic> default_statistics(double plane_unit) {
   std::vector<Statistic> statistics;
   for (const double units : {0.0, -1.0, 1.0, -2.0, 2.0, -3.5, 3.5, -5.0, 5.0})
@@ -112,7 +112,8 @@ inline std::vector<Statistic> default_statistics(double plane_unit) {
   return statistics;
 }
 
-/// Statistics as targets, each with the exact value of another draw and a tolerance of `tolerance` times it.
+/// Statistics as targets, each with its exact value for another realisation and the relative tolerance
+/// `tolerance`.
 inline std::vector<Target> targets_of(const Scene& scene, const std::vector<Statistic>& statistics,
                                       std::uint64_t seed, double tolerance) {
   const SurfaceField field = scene.draw(seed);
@@ -125,10 +126,10 @@ inline std::vector<Target> targets_of(const Scene& scene, const std::vector<Stat
   return targets;
 }
 
-/// Largest difference of `analytic`, derivatives of statistics along some direction, to fourth-order central
-/// differences of at(t); each statistic in units of its value, relative to the largest derivative. The step,
-/// in units of a draw, is small beside the kernel's half-width (0.02) and beside the distance between jumps
-/// of the ring FWHM, which moves from peak to peak of a ragged N(z) where rays are few.
+/// Largest difference between `analytic`, the derivatives of statistics along some direction, and
+/// fourth-order central differences of at(t). Each statistic is in units of its value, relative to the
+/// largest derivative. The step is small compared with the half-width of the kernel (0.02) and with the
+/// distance between jumps of the ring FWHM, which moves from peak to peak of a ragged N(z) if rays are few.
 template <typename ValuesAt>
 double derivative_error(const ValuesAt& at, const Eigen::VectorXd& values, const Eigen::VectorXd& analytic) {
   const double step = 1e-5;
@@ -138,8 +139,8 @@ double derivative_error(const ValuesAt& at, const Eigen::VectorXd& values, const
   return ((analytic - differenced).array() / unit).abs().maxCoeff() /
          (differenced.array() / unit).abs().maxCoeff();
 }
-/// What is allowed: rays on the edges of the kernel, where it has a kink, cost (step / width)^2 = 2.5e-7,
-/// round-off eps / step = 2e-11; largest seen 1.6e-7.
+/// Allowed error of a derivative: rays on the edges of the kernel, where it has a kink, cost (step / width)^2
+/// = 2.5e-7, round-off eps / step = 2e-11; largest seen 1.6e-7.
 constexpr double kDerivativeAllowed = 1e-6;
 
 }  // namespace aberfit::benchmarks

@@ -1,5 +1,5 @@
-// What a fit does at every step: values of the statistics from coefficients (L, O, S), and values with the
-// full Jacobian, timed in turns.
+// Times the steps of a fit in turns: statistics from coefficients (L, O, S), and statistics with the full
+// Jacobian.
 #include <fmt/format.h>
 
 #include <memory>

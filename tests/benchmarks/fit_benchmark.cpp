@@ -1,4 +1,4 @@
-// Whole fits: from one draw to the statistics of another.
+// Whole fits, from one realisation to the statistics of another.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ struct Work {
   }
 };
 
-// Time and error of the row: medians over the seeds.
+// Adds a row with time and error, as medians over the seeds.
 void add_fit(const std::string& name, int n_max, std::int64_t rays, std::vector<Statistic> statistics,
              std::vector<double> smoothing, int seeds) {
   add_case(name, [=]() -> Timed {
@@ -78,7 +78,7 @@ void register_cases(bool smoke) {
                                        EncircledEnergyRadius{0.9, 0}, RmsRadius{0}, RingFwhm{}};
   add_fit("Fit/5 statistics, 231 Zernikes, 15,000 random rays", 20, 15000, five, FitOptions{}.smoothing,
           seeds);
-  // The spot of so many terms is lumpy: a kernel of 0.02 moves EE 10 % by up to 6e-3.
+  // The spot of so many terms is lumpy, so a kernel of 0.02 changes EE 10 % by up to 6e-3.
   add_fit("Fit/12 statistics, 1,891 Zernikes, 15,000 random rays", 60, 15000, twelve_statistics(),
           {0.1, 0.02, 0.002}, seeds);
 }

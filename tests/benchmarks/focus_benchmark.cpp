@@ -1,4 +1,4 @@
-// S: exact statistics, their smooth twins and the gradients over the rays.
+// Times S: exact and smooth statistics and their gradients over the rays.
 #include <fmt/format.h>
 
 #include <memory>
@@ -10,8 +10,8 @@ namespace aberfit::benchmarks {
 namespace {
 
 constexpr double kWidth = 0.02;  // of focal_sigma
-// O(width^2) moves the radii by 1e-4; counting some 250 rays inside the kernel and the lumps of one surface
-// by 1e-3.
+// Smoothing changes the radii by 1e-4, O(width^2). Some 250 rays inside the kernel and the lumps of one
+// surface add 1e-3.
 constexpr double kSmoothAllowed = 2e-3;
 
 struct Work {
@@ -39,13 +39,13 @@ struct Work {
   }
   Eigen::VectorXd exact() const { return evaluate_exact(input(), statistics, 1); }
 
-  // Largest relative difference of a smooth twin to the exact statistic.
+  // Largest relative difference between a smooth and an exact statistic.
   double smooth_error() {
     if (!smooth(false)) return std::nan("");
     return ((values - exact()).array() / exact().array()).abs().maxCoeff();
   }
 
-  // Rays moved along a smooth direction field.
+  // The rays move along a smooth direction field.
   double gradient_error() {
     if (!smooth(true)) return std::nan("");
     const SurfaceField along = scene.draw(2);
@@ -94,7 +94,7 @@ void register_cases(bool /*smoke*/) {
         return [=](benchmark::State& state) {
           Eigen::VectorXd values;
           time_alone(state, [&] { values = work->exact(); });
-          // Held to the definition: the share of the light inside the radius of EE is its fraction, to a ray.
+          // By definition, the energy inside the EE radius is its fraction, to one ray.
           double error = 0;
           for (std::size_t k = 0; k < work->statistics.size(); ++k) {
             const auto* ee = std::get_if<EncircledEnergyRadius>(&work->statistics[k]);

@@ -2,7 +2,7 @@
 //
 //     growth_benchmark [--smoke] [--benchmark_out=FILE]
 //
-// Every case runs in a process of its own, so that its peak of memory is its own. The growth is the exponent
+// Every case runs in its own process, because peak memory is measured per process. The growth is the exponent
 // of a power law through the times (least squares of logarithms) and the largest exponent between neighbours,
 // which are a decade apart. Fails when a law grows faster than kExponentAllowed, a process needs more memory
 // than kMemoryAllowed, or an error is above what is allowed; --smoke takes small cases and leaves out the
@@ -43,8 +43,8 @@ struct Case {
   std::function<Outcome()> run;
 };
 
-// Starts the peak of resident memory anew from what is resident now; Linux only, elsewhere the peak of the
-// whole process stands.
+// Resets the peak of resident memory to the present value. On systems other than Linux the peak of the whole
+// process remains.
 void reset_peak() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
 double peak_megabytes() {
@@ -54,7 +54,7 @@ double peak_megabytes() {
   return std::nan("");
 }
 
-// Half Zernikes, half plane waves beyond what the Zernikes resolve.
+// A scene with half Zernikes and half plane waves beyond the resolution of the Zernikes.
 Scene mixed_scene(int count, std::int64_t rays) {
   int n_max = 1;
   while ((n_max + 2) * (n_max + 3) / 2 <= count / 2) ++n_max;
@@ -92,7 +92,8 @@ Outcome time_fit(const Scene& scene, const std::vector<Statistic>& statistics, i
     outcome.seconds.push_back(seconds_of(
         [&] { result = calibrate(problem, draw_white(scene.prior.size(), std::uint64_t(seed)), {}); }));
     outcome.peak = peak_megabytes();
-    // Of the smooth twins: with 1,000 rays they differ from the exact statistics by more than a tolerance.
+    // We compare the smooth statistics. With 1,000 rays they differ from the exact ones by more than a
+    // tolerance.
     for (std::size_t k = 0; k < statistics.size(); ++k)
       outcome.error = std::max(
           outcome.error, std::abs(result.smooth_statistics[Eigen::Index(k)] / problem.targets[k].value - 1));
@@ -101,7 +102,7 @@ Outcome time_fit(const Scene& scene, const std::vector<Statistic>& statistics, i
   return outcome;
 }
 
-// Runs the case in a child and reads what it found.
+// Runs the case in a child process and reads its result.
 Outcome in_process_of_its_own(const Case& one) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe");
@@ -174,7 +175,8 @@ void run_series(const std::string& name, const std::vector<Case>& cases, bool sm
     for (const double seconds : outcome.seconds)
       rows->add(name + "/" + one.setting, seconds, outcome.error, outcome.allowed, outcome.peak);
     sizes.push_back(one.size);
-    // Fits differ by their number of steps: their median counts; evaluations by the noise of the machine.
+    // Fits differ by their number of steps, so their median counts. Evaluations differ by noise of the
+    // machine, so the shortest counts.
     const bool fit = name.starts_with("Fit");
     seconds_of_size.push_back(fit ? median(outcome.seconds)
                                   : *std::min_element(outcome.seconds.begin(), outcome.seconds.end()));
@@ -214,7 +216,7 @@ int run(bool smoke, const std::string& out) {
   run_series("Jacobian of 12 statistics over terms", by_terms(time_jacobian), smoke, &rows);
   run_series("Fit of 12 statistics over rays", by_rays(smoke ? 10000 : 1000000, fit(twelve_statistics())),
              smoke, &rows);
-  // Ten terms cannot meet twelve statistics.
+  // Ten terms cannot meet twelve statistics, so the fit has two.
   run_series("Fit of EE 50 and 90 % over terms",
              by_terms(fit({EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 0}})), smoke, &rows);
   if (!out.empty()) std::ofstream(out) << rows.document().dump(1) << "\n";

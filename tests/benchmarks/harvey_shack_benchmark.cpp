@@ -1,4 +1,4 @@
-// Targets: closed forms of the Harvey-Shack focus against perturbed rays, the slow twin.
+// Targets by closed forms of the Harvey-Shack focus, compared with perturbed rays, the slow method.
 #include <fmt/format.h>
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace aberfit::benchmarks {
 namespace {
 
 constexpr double kSlope = 6.2829e-6;  // per axis; the paper's mirror
-// Paraxial values are 0.064 % off at f/7 (PHYSICS 5); this one is that far from them and no further.
+// Paraxial values have an error of 0.064 % at f/7 (PHYSICS 5).
 constexpr double kParaxialAllowed = 7e-4;
 
 }  // namespace
@@ -60,8 +60,8 @@ void register_cases(bool smoke) {
                 const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(pupil.size());
                 traced = evaluate_exact({bundle, trace_nominal(mirror, pupil), no_height}, statistics, 1);
               });
-          // RMS height is no statistic of rays: the last one is left out. Five standard errors of the
-          // worst: 0.51 % of ee90 for 15,000 rays (PHYSICS 2), twice that of ee20.
+          // RMS height is no statistic of rays, so the last one is left out. Allowed are five standard errors
+          // of the worst statistic, 0.51 % of ee90 for 15,000 rays (PHYSICS 2), twice that of ee20.
           const Eigen::Index n = closed.size() - 1;
           const double error = (traced.head(n).array() / closed.head(n).array() - 1).abs().maxCoeff();
           report_error(state, error, 5 * 2 * 0.0051 * std::sqrt(15000.0 / double(rays)));

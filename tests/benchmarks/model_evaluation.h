@@ -7,8 +7,8 @@
 
 namespace aberfit::benchmarks {
 
-/// What a fit does at every step: values of the statistics from white coordinates, with or without their
-/// Jacobian. Every call is at another point than the one before, as in a fit: a model may remember its last.
+/// One step of a fit: the statistics for given white coordinates, with or without their Jacobian. Every call
+/// is at a new point, as in a fit, because a model may remember its last one.
 class ModelEvaluation {
  public:
   static constexpr double kWidth = 0.02;  // of focal_sigma
@@ -26,7 +26,7 @@ class ModelEvaluation {
   void values() { model_(next(), &values_, nullptr); }
   void values_and_jacobian() { model_(next(), &values_, &jacobian_); }
 
-  /// Jacobian by one-sided differences of every coefficient: what a solver without derivatives pays.
+  /// Jacobian by one-sided differences of every coefficient, the cost of a solver without derivatives.
   void differences() {
     Eigen::VectorXd moved = next(), there;
     model_(moved, &values_, nullptr);

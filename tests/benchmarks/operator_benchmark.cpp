@@ -1,4 +1,4 @@
-// L: term surfaces and their adjoint, by every method, against the long double twin.
+// Times L, term surfaces and their adjoint, by every method, against a long-double reference.
 #include <fmt/format.h>
 
 #include <memory>
@@ -13,9 +13,9 @@
 namespace aberfit::benchmarks {
 namespace {
 
-// Relative to the largest value (gradient). The coordinates on the unit disc carry eps / 2, and a gradient of
-// degree n changes by up to n^2 of its size per unit at the rim (Markov): n^2 eps / 2 at worst, half of it
-// allowed; plus rounding of the sum itself.
+// Allowed error relative to the largest value (gradient). The disc coordinates carry eps / 2. A gradient of
+// degree n changes by up to n^2 of its size per unit at the rim (Markov), so n^2 eps / 2 is the worst case;
+// half of it is allowed, plus rounding of the sum.
 double allowed_error(int n_max) { return 1e-14 + n_max * n_max * 2.2e-16 / 4; }
 constexpr double kFourierAllowed = 1e-13;  // rounding of phases of up to 8 cycles, 2 pi 8 eps, and of the sum
 constexpr double kAdjointAllowed = 1e-13;  // of |L c| |g|
@@ -50,7 +50,7 @@ struct Work {
   }
 };
 
-// Rows for one way to compute L: forward and adjoint.
+// Adds the rows of one method to compute L: forward and adjoint.
 void add_operator(const std::string& what, const std::string& setting, const std::string& unit,
                   const std::function<TermSet()>& terms, PupilLayout layout, std::int64_t rays,
                   const OperatorOptions& options, double allowed, int samples) {
@@ -61,7 +61,7 @@ void add_operator(const std::string& what, const std::string& setting, const std
       return nullptr;
     }
   };
-  // Why a row has no time: the method is refused, or another one was taken.
+  // Reason why a row has no time: the method is refused, or another one was used.
   const auto trouble = [options](const Work* work) -> std::string {
     if (!work) return "refused for these points";
     const OperatorChoice& choice = work->surface.choice();
@@ -99,7 +99,7 @@ void add_operator(const std::string& what, const std::string& setting, const std
   });
 }
 
-// Term by term with the plain twin of the library, no vector code.
+// Term by term with the library's plain implementation, without vector code.
 void term_by_term(const Work& work, SurfaceField* field) {
   field->resize(work.pupil.size());
   for (Eigen::Index i = 0; i < work.pupil.size(); ++i) {
@@ -114,7 +114,7 @@ void term_by_term(const Work& work, SurfaceField* field) {
   }
 }
 
-// The matrix of the operator, columns by the operator itself: what numerical codes usually store.
+// The dense matrix of the operator, which numerical codes usually store.
 struct DenseMatrix {
   Eigen::MatrixXd height, slope_x, slope_y;
 
@@ -166,7 +166,7 @@ void add_twins() {
   });
 }
 
-// The reference of the errors above against factorial sums in 200 digits.
+// Compares the reference of these errors with factorial sums in 200 digits.
 void add_reference() {
   for (const int n : {20, 80}) {
     add_case(fmt::format("Reference, long double twin/modes of n = {}", n), [=]() -> Timed {
@@ -192,7 +192,7 @@ void add_reference() {
             }
           }
         });
-        // Small beside every error it is to judge.
+        // This is small compared with every error that it judges.
         report_error(state, error, 1e-15);
       };
     });

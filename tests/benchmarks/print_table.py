@@ -208,7 +208,7 @@ PAGE_CHART = """## On your own scene
 
 ![Error against time of rays and waves](../../fits/paper-physical/chart_models.png)
 
-*`aberfit chart fits/paper-physical/study.json`, one of its pictures: error in light of one surface against
+*`aberfit chart fits/paper-physical/study.json`, one of its pictures: error of one surface by waves against
 the time of computing it. No number of rays meets the tolerance here. Today's setting is ringed; the red
 diamond is the cheapest within tolerance.*
 """

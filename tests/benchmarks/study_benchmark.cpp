@@ -22,7 +22,7 @@ nlohmann::json read_json(const fs::path& path) {
   return nlohmann::json::parse(file);
 }
 
-/// A folder of its own, gone with the object.
+/// A temporary folder, removed with the object.
 struct ScratchFolder {
   fs::path path;
   ScratchFolder() {
@@ -49,7 +49,7 @@ void add_study(const std::string& name) {
       int code = 0;
       time_alone(state, [&] { code = std::system(command.c_str()); });
       if (code != 0) throw std::runtime_error(fmt::format("{} failed with {}", command, code));
-      // On fresh rays, fitted and held-out statistics alike.
+      // Errors are on fresh rays, of fitted and held-out statistics.
       const nlohmann::json result = read_json(folder.path / "result.json");
       double worst = 0;
       for (const auto& metric : result.at("equivalence").at("metrics"))

@@ -1,4 +1,4 @@
-// O, and L with O: rays from a rough parabola to the focal plane, against a trace in long double.
+// Times O, and L with O: rays from a rough parabola to the focal plane, against a trace in long double.
 #include <fmt/format.h>
 
 #include <memory>

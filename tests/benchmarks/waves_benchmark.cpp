@@ -1,4 +1,4 @@
-// Wave optics: the mean spot of generalised Harvey-Shack, and the pattern of one surface with its gradients.
+// Wave optics: the mean spot of generalised Harvey-Shack, and the PSF of one surface with its gradients.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -21,9 +21,9 @@ struct Rough {
   double ee90;  // [m]
 };
 
-// Of each autocorrelation a surface of g near 1. Radii by the double integral over all pairs of points of the
-// aperture (tests/theory/ghs_pairs_test.cpp, with 420 radii and 1,000 angles), which knows the pupil
-// coordinate of every point as the default of the theory does. The paraxial form, whose radii are golden
+// One surface of g near 1 for each autocorrelation. The radii are by the double integral over all pairs of
+// points of the aperture (tests/theory/ghs_pairs_test.cpp, with 420 radii and 1,000 angles). It uses the
+// pupil coordinate of every point, as the theory does by default. The paraxial form, whose radii are golden
 // tables, is 8e-4 off.
 std::vector<Rough> golden_surfaces() {
   return {{"Gaussian, l = 10 mm", RadialPsd(GaussianPsd{5e-8, 0.01}), 9.77936794e-05},
@@ -82,7 +82,7 @@ struct Waves {
     return field.height;
   }
   DiffractionProblem problem() const { return {pupil, mirror.focal_length, kWavelength}; }
-  // At ever new heights: planes of the last ones are kept.
+  // Every evaluation has new heights, because the planes of the last ones are kept.
   bool evaluate(bool with_gradients) {
     height[0] += 1e-18;
     return evaluate_diffraction(problem(), height, statistics, 1, &workspace, &values, nullptr) &&
@@ -116,7 +116,7 @@ void register_cases(bool /*smoke*/) {
         evaluate_diffraction(work->problem(), flat, {EncircledEnergyRadius{0.9, 0}}, 1, nullptr, &ee90,
                              nullptr);
       });
-      // Airy: EE = 1 - J0^2 - J1^2.
+      // Airy pattern: EE = 1 - J0^2 - J1^2.
       const double z = std::numbers::pi * ee90[0] * 2 * kRadius / (kWavelength * work->mirror.focal_length);
       const double share = 1 - std::pow(std::cyl_bessel_j(0, z), 2) - std::pow(std::cyl_bessel_j(1, z), 2);
       report_error(state, std::abs(share - 0.9), 1e-7);

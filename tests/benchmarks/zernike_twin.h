@@ -5,8 +5,8 @@
 
 #include "aberfit/terms/surface_operator.h"
 
-/// L in long double, by other recurrences than the library's and one point at a time: the reference of the
-/// errors in these benchmarks, itself held to 200 digits in one of their rows.
+/// L in long double, the reference for errors in these benchmarks. It uses other recurrences than the
+/// library, one point at a time. One row compares it with sums in 200 digits.
 namespace aberfit::benchmarks {
 
 using Long = long double;
@@ -81,9 +81,9 @@ inline LongPoint surface_twin(const TermSet& terms, const Eigen::VectorXd& c, do
   return sum;
 }
 
-/// Largest difference of `field` to the twin at about `samples` of the points, heights relative to the
-/// largest height and slopes to the largest slope among them, whichever is larger. The points nearest to the
-/// rim, where recurrences are worst, are always among them.
+/// Largest difference between `field` and the reference at about `samples` of the points, relative to the
+/// largest height or slope among them, whichever difference is larger. The points nearest to the rim, where
+/// recurrences are worst, are always included.
 inline double relative_error(const TermSet& terms, const Eigen::VectorXd& c, const Eigen::ArrayXd& x,
                              const Eigen::ArrayXd& y, const SurfaceField& field, int samples) {
   std::vector<Eigen::Index> points;

@@ -36,7 +36,7 @@ TEST(ChartFrontier, HoldsWhatNothingBeats) {
 TEST(ChartFrontier, KeepsBothOfATieAndNeitherOfTwoThatAThirdBeats) {
   EXPECT_EQ(frontier(family({row("a", 1, 0.1), row("b", 1, 0.1)}, 1)), "ab");
   EXPECT_EQ(cheapest(family({row("a", 1, 0.1), row("b", 1, 0.1)}, 1)), "a");
-  // Of equally fast rows one is more accurate; of equally accurate rows one is faster.
+  // Two rows are equally fast and differ in accuracy; two are equally accurate and differ in time.
   EXPECT_EQ(frontier(family({row("a", 1, 0.2), row("b", 1, 0.1), row("c", 2, 0.1)}, 1)), "b");
   EXPECT_EQ(cheapest(family({row("a", 1, 0.2), row("b", 1, 0.1), row("c", 2, 0.1)}, 1)), "b");
   EXPECT_EQ(frontier(family({row("a", 2, 0.2), row("b", 2, 0.2), row("c", 1, 0.1)}, 1)), "c");

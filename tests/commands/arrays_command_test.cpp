@@ -1,5 +1,5 @@
-// --arrays and output.arrays from the outside: which files come, what stands in their folder before and
-// after, and what a run says where there is nothing to write.
+// --arrays and output.arrays from the outside: which files are written, what their folder holds before and
+// after, and the message if there is nothing to write.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using test::read_file;
 using test::run_program;
 using test::ScratchFolder;
 
-// Smooth enough for waves, with few cells.
+// A study smooth enough for waves, with few grid points.
 std::string study_text(const std::string& theory, const std::string& output = "") {
   return R"({
   "aberfit": 1, "title": "arrays",
@@ -70,7 +70,7 @@ TEST_F(ArraysCommand, FitWritesThemWithItsResultAndAnotherRunReplacesThem) {
   EXPECT_LE(run("fit waves.json --pictures none --arrays npz -o out"), 1) << err();
   EXPECT_EQ(files_below(file("out")).count("arrays.npz"), 1u);
   const NpzReader npz(read_file(file("out/arrays.npz")));
-  // The curve that theory was asked for, where the result has its radius.
+  // The theory's curve, read at the radius in the result.
   const ordered_json result = ordered_json::parse(read_file(file("out/result.json")));
   EXPECT_EQ(npz.at("plane_dz_m").values, (std::vector<double>{0, 0.1e-3}));
   const auto& radius = npz.at("ee_radius_m").values;
@@ -90,7 +90,7 @@ TEST_F(ArraysCommand, FitWritesThemWithItsResultAndAnotherRunReplacesThem) {
   }
   EXPECT_EQ(warnings("out/result.json").count("arrays-left-out"), 0u);
 
-  // The files of one run are a unit: those of the next have taken their place.
+  // The files of one run are a unit; those of the next run replace them.
   EXPECT_LE(run("fit waves.json --pictures none --arrays fits -o out"), 1) << err();
   const std::set<std::string> after = files_below(file("out"));
   EXPECT_EQ(after.count("arrays.npz"), 0u);
@@ -114,7 +114,7 @@ TEST_F(ArraysCommand, TheCommandLineOverridesTheStudy) {
   EXPECT_FALSE(fs::exists(file("d")));
 }
 
-// Commands that write nothing else have a folder of their own, beside that of the fit.
+// Commands that write nothing else use a folder of their own, beside that of the fit.
 TEST_F(ArraysCommand, TraceAndCheckWriteOnlyWhereAsked) {
   EXPECT_EQ(run("trace waves.json"), 0) << err();
   EXPECT_FALSE(fs::exists(file("out")));

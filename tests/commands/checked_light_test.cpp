@@ -1,4 +1,4 @@
-// The mean light in results: against closed forms of the Airy pattern and of a mirror of fine roughness,
+// The mean PSF in results: against closed forms of the Airy pattern and of a mirror with fine roughness,
 // against the budgets of the same names, and the same in a check and in a fit.
 #include <gtest/gtest.h>
 
@@ -32,13 +32,12 @@ ordered_json light_of(const Study& study) {
 }
 
 TEST(CheckedLight, OfFineRoughnessIsTheAiryPatternOfItsCore) {
-  // 400 cycles and more across the aperture: what is scattered falls hundreds of Airy radii away.
+  // The roughness has at least 400 cycles across the aperture, so it scatters to hundreds of Airy radii.
   const double rms = 2e-9, core = std::exp(-std::pow(4 * pi * rms / 500e-9, 2));
   const ordered_json light = light_of(
       slow_mirror(R"({"model": "uniform", "rms": "2 nm", "f_min": "2000 /m", "f_max": "4000 /m"})", "ghs"));
   EXPECT_EQ(light["theory"], "ghs");
-  // Scattered light takes 0.25 % off every share of the core: of a radius where the Airy curve is flat more
-  // than that.
+  // Scattering takes 0.25 % from the energy in the core. Radii where the Airy curve is flat change by more.
   EXPECT_NEAR(double(light["fwhm_m"]) / (1.028994 * kAiry), 1, 1e-6);
   EXPECT_NEAR(double(light["ee50_diameter_m"]) / (2 * 0.5352 * kAiry), 1, 5e-3);
   EXPECT_EQ(light["hew_m"], light["ee50_diameter_m"]);
@@ -50,7 +49,7 @@ TEST(CheckedLight, OfFineRoughnessIsTheAiryPatternOfItsCore) {
     EXPECT_DOUBLE_EQ(double(light[std::string(key) + "_rad"]),
                      double(light[std::string(key) + "_m"]) / kFocal)
         << key;
-  // A square of that side holds the disc within, and lies within the disc about it.
+  // This square contains the inscribed disc and lies inside the circumscribed one.
   const double side = light["ensquared80_side_m"], diameter = light["ee80_diameter_m"];
   EXPECT_LT(side, diameter);
   EXPECT_GT(side, diameter / std::numbers::sqrt2);
@@ -81,7 +80,8 @@ TEST(CheckedLight, IsWhatBudgetsOfTheSameNamesLimit) {
   EXPECT_EQ(compared, 15);
 }
 
-// 2 f s sqrt(-2 ln(1 - p)), twice, of a per-axis slope s = pi sigma sqrt(f_min^2 + f_max^2).
+// The diameter is twice 2 f s sqrt(-2 ln(1 - p)), with the per-axis slope s = pi sigma sqrt(f_min^2 +
+// f_max^2).
 TEST(CheckedLight, OfRaysHasDiametersAlone) {
   const ordered_json light = light_of(slow_mirror(
       R"({"model": "uniform", "rms": "50 nm", "f_min": "20 /m", "f_max": "60 /m"})", "geometric"));

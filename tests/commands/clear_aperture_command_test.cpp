@@ -1,5 +1,5 @@
-// The clear aperture of measured files through the program: options and study keys say the same, text, JSON
-// and picture show it, and errors name what is wrong.
+// The clear aperture of measured files through the program. Options and study keys mean the same, text, JSON
+// and picture show it, and errors name the cause.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -20,8 +20,7 @@ namespace {
 using namespace test;
 using nlohmann::ordered_json;
 
-// 64 mm of a k-correlation surface on a disc with a rim that is turned down by a micrometre over its last 4
-// mm.
+// A k-correlation surface on a 64 mm disc, whose rim is turned down by a micrometre over its last 4 mm.
 HeightMap turned_down() {
   HeightMap map = random_surface(RadialPsd(KCorrelationPsd{20e-9, 0.012, 3}), 65, 65, 1e-3, {.seed = 4});
   for (Eigen::Index r = 0; r < 65; ++r)
@@ -91,7 +90,7 @@ TEST_F(ClearApertureOfAFile, IsTheSameByOptionAndByStudyKey) {
   EXPECT_EQ(by_option["measurements"][0]["clear"], by_study["measurements"][0]["clear"]);
   EXPECT_EQ(by_option["estimate"], by_study["estimate"]);
   EXPECT_EQ(by_option["request"]["aperture"]["inner_diameter"], "12.5 %");
-  // The request reads back.
+  // The requested aperture can be read back.
   const MeasuredPsd again = [&] {
     ordered_json block = by_option["request"];
     block.erase("model");
@@ -112,7 +111,7 @@ TEST_F(ClearApertureOfAFile, OfAMapThatIsFitted) {
   const ordered_json result = ordered_json::parse(read_file(folder.file("out/result.json")));
   const ordered_json& clear = result["map"]["clear"];
   EXPECT_GT(clear["taken_out"], 0);
-  // The origin is the middle of what is left, which is the aperture's.
+  // The origin is the middle of the remaining points, which is that of the aperture.
   EXPECT_NEAR(clear["centre_m"][0].get<double>(), 0, 0.6e-3);
   EXPECT_NE(read_file(folder.file("out/summary.txt")).find("clear aperture: circle of 48 mm"),
             std::string::npos);

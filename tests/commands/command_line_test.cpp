@@ -1,5 +1,4 @@
-// What the program says of itself: help, manual page, completions, explained keys; and how it looks on a
-// terminal.
+// Help, manual page, completions and explained keys, and their layout on a terminal.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <pty.h>
@@ -54,7 +53,7 @@ std::size_t longest_line(const std::string& text) {
   return longest;
 }
 
-// The program on a pseudo-terminal of so many columns: what it writes to either stream.
+// Runs the program on a pseudo-terminal with this many columns; returns what it writes to either stream.
 std::string on_terminal(const ScratchFolder& folder, const std::string& arguments,
                         const std::string& environment, unsigned short columns = 100) {
   const winsize size{40, columns, 0, 0};
@@ -128,7 +127,7 @@ TEST(ManualPage, HasEveryCommandAndOptionAndIsWithoutFault) {
   EXPECT_NE(read_file(folder.file("shown.txt")).find("--time-limit"), std::string::npos);
 }
 
-// The completion is asked as bash asks it: words in COMP_WORDS, the answer in COMPREPLY.
+// The completion is called as bash does it: words in COMP_WORDS, the answer in COMPREPLY.
 std::set<std::string> completions(const ScratchFolder& folder, const std::vector<std::string>& typed) {
   std::string list;
   for (const std::string& word : typed) list += " '" + word + "'";
@@ -184,7 +183,7 @@ TEST(ExplainedKey, SaysMeaningTypeUnitsRangeDefaultAndExample) {
   EXPECT_LE(longest_line(psd), 80u);
 }
 
-// Every key of the schema can be asked for by its path; those two levels down are enough to show it.
+// Every key of the schema can be explained by its path; we try those up to two levels down.
 void visit_keys(const nlohmann::ordered_json& node, const std::string& path,
                 std::vector<std::string>* paths) {
   if (std::count(path.begin(), path.end(), '/') > 1) return;

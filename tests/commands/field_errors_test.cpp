@@ -1,5 +1,4 @@
-// What the method says of a field reaches the user with the file and the pointer that it has there, whatever
-// the command.
+// An error of the method about a field reaches the user with file and pointer, whatever the command.
 #include "aberfit/study/field_errors.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +11,7 @@
 namespace aberfit {
 namespace {
 
-// A theory of waves with the paper's rule for rays: only the method finds out.
+// A wave theory with the paper's rule for rays; only the method detects this.
 const char* const kStudy = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"},
     "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"},
     "roughness": {"psd": {"model": "uniform", "rms": "200 nm", "f_min": "2.5 /m", "f_max": "12 /m"}},

@@ -1,4 +1,4 @@
-// A study that a program fills in is the study of a file that says the same: one result, to the bit.
+// A study that a program fills in gives the same result, to the bit, as a file with the same content.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -19,7 +19,7 @@ using nlohmann::ordered_json;
 using test::read_file;
 using test::ScratchFolder;
 
-// Without what no two runs share.
+// Removes times and other values that differ between any two runs.
 void take_times_off(ordered_json* node) {
   if (node->is_object()) {
     node->erase("provenance");
@@ -65,7 +65,8 @@ StatisticRequest request(const std::string& name) {
   return one;
 }
 
-// Nothing but the four that have no default: theory, statistics, terms, rays and verdict are those of a file.
+// Only the four required blocks are given: theory, statistics, terms, rays and verdict must be those of a
+// file.
 TEST_F(FilledStudy, OfACircleWithNothingElseSaid) {
   Study study = scene(2, CircleAperture{0.2}, 633e-9);
   study.psd = UniformPsd{20e-9, 10, 20};
@@ -85,7 +86,7 @@ TEST_F(FilledStudy, OfARoughCircleByTheGeometricTheory) {
     "target": {"theory": "geometric", "statistics": {"ee50": {}}}})");
 }
 
-// The disc of the known Zernikes is that of the aperture where it is not said; a power law has no upper edge.
+// The known Zernikes use the disc of the aperture by default; the power law has no upper band limit.
 TEST_F(FilledStudy, OfAnAnnulusWithKnownZernikesAndAPowerLaw) {
   Study study = scene(3, AnnulusAperture{0.3, 0.1}, 500e-9);
   study.mirror.zernike = {{ZernikeMode{2, 0}, 20e-9}, {ZernikeMode{4, 0}, 30e-9}};
@@ -102,7 +103,7 @@ TEST_F(FilledStudy, OfAnAnnulusWithKnownZernikesAndAPowerLaw) {
     "terms": {"zernike": {"n_max": 6}}, "trace": {"rays": 4096}})");
 }
 
-// Its rays are Sobol points, a circle's are polar.
+// A rectangle has Sobol rays; a circle has polar ones.
 TEST_F(FilledStudy, OfARectangleWithAKCorrelation) {
   Study study = scene(2.5, RectangleAperture{0.3, 0.2}, 600e-9);
   study.psd = KCorrelationPsd{120e-9, 0.2, 4.5, 3, 12};
@@ -139,7 +140,7 @@ TEST_F(FilledStudy, OfASumWithNamedStatisticsAndValues) {
     "terms": {"zernike": {"n_max": 8}, "spherical": ["c4"]}, "trace": {"rays": 4096}, "fit": {"seed": 3}})");
 }
 
-// A file that the struct names is read where it is needed.
+// A file that the struct names is read when it is needed.
 TEST_F(FilledStudy, OfATableFile) {
   folder_.write("psd.csv", "frequency,psd\n4,1e-16\n6,6e-17\n9,2e-17\n12,4e-18\n");
   Study study = scene(2.8, CircleAperture{0.4}, 632.8e-9);
@@ -179,7 +180,7 @@ TEST_F(FilledStudy, IsTheOneOfAFileForOtherCommandsToo) {
   EXPECT_EQ(run_check(study, {}).rays, run_check(read, {}).rays);
 }
 
-// What a file cannot leave out, a program can.
+// A study file must give these fields, but a program may leave them out.
 TEST_F(FilledStudy, WithoutWhatHasNoDefaultIsRefusedByItsKey) {
   const auto refusal = [](const Study& study) -> std::string {
     try {

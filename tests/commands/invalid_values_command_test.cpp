@@ -1,5 +1,5 @@
-// Values that are no measurement, through the program: what `psd`, `check` and `fit` of a map say of padding,
-// and what `invalid` makes of it.
+// Padding values in maps, through the program: the messages of `psd`, `check` and `fit`, and the effect of
+// `invalid`.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,8 @@ using nlohmann::ordered_json;
 
 constexpr int kSide = 64;
 
-// A disc of 58 mm of a k-correlation surface with power, a point a millimetre; elsewhere the words in turn.
+// A k-correlation surface with power on a disc of 58 mm, one point per millimetre. The words stand outside
+// the disc, in turn.
 std::string padded_map(const std::vector<std::string>& outside) {
   const HeightMap map =
       random_surface(RadialPsd(KCorrelationPsd{5e-9, 0.012, 3}), kSide, kSide, 1e-3, {.seed = 4});
@@ -48,7 +49,7 @@ ordered_json psd(const ScratchFolder& folder, const std::string& words) {
   return ordered_json::parse(read_file(folder.file("out/result.json")));
 }
 
-// What was printed, its lines joined.
+// The printed text, its lines joined.
 std::string printed(const ScratchFolder& folder) {
   std::string text;
   for (const std::string_view word : words(read_file(folder.file("stdout.txt"))))
@@ -73,7 +74,7 @@ TEST(InvalidValues, MakeOfAPaddedMapTheOneWithHoles) {
     const ordered_json read = psd(folder, "map.txt --aperture circle:diameter=95% " + padded.options);
     EXPECT_EQ(read["estimate"].dump(), truth["estimate"].dump()) << padded.options;
     EXPECT_EQ(read["measurements"][0]["valid"], truth["measurements"][0]["valid"]);
-    // Percent of the circle around the valid points.
+    // A few percent of the circle around the valid points.
     EXPECT_EQ(read["measurements"][0]["clear"]["aperture"], truth["measurements"][0]["clear"]["aperture"]);
     EXPECT_GT(read["measurements"][0]["clear"]["said_invalid"], 1000);
     EXPECT_FALSE(warning(read, "padding"));
@@ -134,7 +135,7 @@ TEST(InvalidValues, OfAMapThatIsFittedAreAKeyOfTheStudy) {
   EXPECT_EQ(read["map"]["pitch_x_m"], 1e-3);
   EXPECT_GT(read["map"]["heights"]["measured"]["rms_slope_y"], 0);
   EXPECT_NE(read_file(folder.file("out/summary.txt")).find("per axis ("), std::string::npos);
-  // About the circle of all points a ring of the padding lies inside the aperture.
+  // Inside the circle around all points there is a ring of padding.
   EXPECT_NE(told["coefficients"].dump(), truth["coefficients"].dump());
 }
 

@@ -1,4 +1,5 @@
-// The program killed, or left without room on the disk, at random moments: a folder of results is one run's.
+// The program is killed, or runs out of disk space, at random moments. A folder of results must hold those of
+// one run.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -33,13 +34,13 @@ double since(Clock::time_point begin) { return std::chrono::duration<double>(Clo
 struct Turn {
   std::vector<std::string> arguments;      // without the folder
   std::map<std::string, std::string> own;  // by name: files that another run writes otherwise
-  std::string title;                       // of the study, in every file of `titled`
+  std::string title;                       // of the study; it stands in every file of `titled`
   std::vector<std::string> titled;
   std::set<std::string> names;
   double seconds = 0;
 };
 
-// room: bytes that a file may have, as on a disk that fills up; negative: as many as it likes.
+// room: bytes that a file may have, as on a disk that fills up; negative: no limit.
 pid_t start(const Turn& run, const std::string& folder, long room = -1) {
   std::fflush(nullptr);  // not twice
   const pid_t child = fork();
@@ -74,7 +75,7 @@ std::set<std::string> visible(const std::string& folder) {
   return names;
 }
 
-// A whole run by itself, to know what it leaves.
+// Makes an undisturbed run to learn which files it leaves.
 void learn(Turn* run, const std::string& folder, const std::vector<std::string>& own) {
   const auto begin = Clock::now();
   const int code = wait_for(start(*run, folder));
@@ -98,7 +99,7 @@ void expect_one_runs(const Turn& first, const Turn& second, const std::string& f
   EXPECT_TRUE(is_of(first, folder) != is_of(second, folder)) << testing::PrintToString(visible(folder));
 }
 
-// Kills and full disks in turn, on two runs in turn.
+// Kills and full disks in turn, on both runs in turn.
 void torment(const std::string& what, Turn first, Turn second, const std::vector<std::string>& own,
              int times) {
   const ScratchFolder scratch;

@@ -1,5 +1,5 @@
-// What `fit` writes of a map: its panels and its light, the same numbers in JSON, table and pictures; and
-// pictures by rays only where rays are a model of the light.
+// Output of `fit` for a map: panels and PSF with the same numbers in JSON, table and pictures; pictures by
+// rays only if rays are a valid model.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ using nlohmann::ordered_json;
 
 constexpr double kPitch = 1e-3, kRim = 25e-3;
 
-// Defocus of `rms`, a ripple that four orders do not hold, a tilt of the mount; a hole of three points.
+// Defocus of `rms`, a ripple that four orders cannot carry, a tilt of the mount, and a hole of three points.
 HeightMap part(double rms) {
   HeightMap map;
   map.pitch_x = map.pitch_y = kPitch;
@@ -39,7 +39,7 @@ HeightMap part(double rms) {
   return map;
 }
 
-// Numbers of a data file; nan where it says so.
+// Numbers of a data file, including "nan".
 std::vector<std::vector<double>> numbers(const std::string& path) {
   std::ifstream in(path);
   EXPECT_TRUE(in) << path;
@@ -114,7 +114,7 @@ TEST(MapPictures, AgreeWithResultAndTable) {
   EXPECT_GT(light["measured"]["ee80_radius_m"].get<double>(),
             light["perfect"]["ee80_radius_m"].get<double>());
   EXPECT_NEAR(light["filled_share"].get<double>(), 3 * kPitch * kPitch / (kPi * kRim * kRim), 1e-4);
-  // The statistics of the terms are this light's.
+  // The statistics of the terms come from the same PSF.
   EXPECT_EQ(run.result["statistics"]["fitted"]["ee80_radius_m"], light["terms"]["ee80_radius_m"]);
 }
 
@@ -151,7 +151,7 @@ TEST(MapPictures, ShowTheMapItsTermsAndTheRest) {
       }
     }
   EXPECT_EQ(valid, valid_count(map));  // rim and hole are blank
-  // The tilt, a micrometre, is the mount's, the defocus the part's.
+  // The tilt of a micrometre comes from the mount, the defocus from the part.
   EXPECT_NEAR(heights["measured"]["rms_m"].get<double>(), std::hypot(20e-9, 2e-9), 0.3e-9);
 }
 
@@ -175,7 +175,7 @@ TEST(MapPictures, ShowRaysWhereTheyAreAModelOrAskedFor) {
   EXPECT_FALSE(large.warned("rays-not-valid"));
   EXPECT_TRUE(asked.warned("rays-not-valid"));
   EXPECT_NE(large.summary.find("at the focus, by rays"), std::string::npos);
-  // By either the light of a large defocus is the same within what diffraction adds.
+  // For a large defocus both models give the same radius except for diffraction.
   const auto ee80 = [](const MapRun& run) {
     return run.result["statistics"]["fitted"]["ee80_radius_m"].get<double>();
   };

@@ -1,4 +1,4 @@
-// What `fit` says of a map: its size beside the aperture, and exports that cannot be.
+// Warnings of `fit` about a map: its size relative to the aperture, and exports that are not possible.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace aberfit::test {
 namespace {
 
-// Points every millimetre within 24 mm, 10 nm of white noise.
+// A map with a point per millimetre within 24 mm and 10 nm of white noise.
 HeightMap round_map() {
   HeightMap map;
   map.pitch_x = map.pitch_y = 1e-3;
@@ -70,7 +70,7 @@ TEST(MapWarnings, MapSmallerThanApertureBelow98Percent) {
   EXPECT_TRUE(same.messages("map-smaller-than-aperture").empty());
 }
 
-// rho^4 beside the Zernikes that it is a sum of: the points tell only the sum.
+// rho^4 is a sum of the Zernikes beside it, so the points determine only their sum.
 TEST(MapWarnings, ExportLeftOutWhereTheMapDoesNotDetermineTheTerms) {
   const std::string both = R"("zernike": {"n_max": 4}, "spherical": ["c4"])";
   const Fit unknown(48.1, both, R"("csv")"), known(48.1, R"("zernike": {"n_max": 4})", R"("csv")");
@@ -78,13 +78,13 @@ TEST(MapWarnings, ExportLeftOutWhereTheMapDoesNotDetermineTheTerms) {
   EXPECT_FALSE(unknown.exported("surface.csv"));
   EXPECT_TRUE(known.messages("export-left-out").empty());
   EXPECT_TRUE(known.exported("surface.csv"));
-  // Where no export is asked for, none is left out.
+  // If no export is requested, no warning says that one is left out.
   EXPECT_TRUE(Fit(48.1, both).messages("export-left-out").empty());
 }
 
-// Zernike Standard ends at n = 20. An order in the study file is refused when it is read; one that comes
-// later, as of a program or found by a fit, leaves the format out and writes the others.
-// Before the fit, of a study that a program filled as of a file.
+// Zernike Standard ends at n = 20. An order in the study file is refused when it is read. An order that comes
+// later, from a program or from a fit, leaves this format out and writes the others. The warning comes before
+// the fit in both cases.
 TEST(MapWarnings, AFormatThatCannotHoldTheTermsIsRefused) {
   const std::string formats = R"("zernike-noll", "csv")";
   EXPECT_THROW(Fit(48.1, R"("zernike": {"n_max": 21})", formats), InputError);

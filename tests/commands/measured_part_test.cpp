@@ -1,5 +1,5 @@
-// A measured map beside a roughness: the fitted terms, the specification's rest as scatter, and light's
-// verdict. The part is drawn by the tests on points much finer than those of its map.
+// A measured map of a part with a roughness specification: the fitted terms, the rest of the specification as
+// scatter, and the verdict by waves. The tests simulate the part on a much finer grid than its map.
 #include "aberfit/method/measured_part.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ std::string study_of(const std::string& map, const std::string& roughness) {
 
 RadialPsd specification() { return RadialPsd(*parse_study(kScene + kRoughness + "}", "scene.json").psd); }
 
-// A draw on the fine points, without piston and tilt, which are the mount's: NaN outside the aperture.
+// A realisation on the fine grid, without the piston and tilt of the mount; NaN outside the aperture.
 HeightMap drawn_part(std::uint64_t seed) {
   HeightMap part = random_surface(specification(), kFine, kFine, kDiameter / kFine, {.seed = seed});
   std::vector<Eigen::Index> inside;
@@ -64,7 +64,7 @@ HeightMap drawn_part(std::uint64_t seed) {
   return part;
 }
 
-// What an instrument with large pixels sees of it.
+// The map that an instrument with large pixels measures.
 HeightMap measured(const HeightMap& part) {
   constexpr int kPoints = kFine / kBin;
   HeightMap map;
@@ -95,7 +95,8 @@ double warned(const Warnings& warnings, const std::string& code) {
       std::count_if(warnings.begin(), warnings.end(), [&](const Warning& w) { return w.code == code; }));
 }
 
-// Every frequency of the part a height, against terms and scatter of a map with a sixteenth of the points.
+// The reference has every frequency of the part as a height. The fit has terms and scatter of a map with a
+// sixteenth of the points.
 TEST(MeasuredPart, HasTheLightOfEveryFrequencyAsAHeightWithinTheSpreadOfItsRest) {
   const Part part;
   const Study study = part.study(study_of("", kRoughness));
@@ -129,7 +130,7 @@ TEST(MeasuredPart, HasTheLightOfEveryFrequencyAsAHeightWithinTheSpreadOfItsRest)
       RealisationSpread({psd, study.mirror, study.aperture, study.wavelength, mean}, discs).light(cut);
   double worst = 0, without = 0;
   for (std::size_t k = 0; k < discs.size(); ++k) {
-    // Light at a sharp edge of 512 cells, and the grids of the verdict: 1e-4 of all light.
+    // The edge of 512 grid points and the grids of the verdict have an error of 1e-4 of the energy.
     const double allowed = spread[Eigen::Index(k)] + 1e-4;
     worst = std::max(worst, std::abs(of_part[k] - of_all[k]) / allowed);
     without = std::max(without, std::abs(of_terms[k] - of_all[k]) / allowed);
@@ -141,12 +142,12 @@ TEST(MeasuredPart, HasTheLightOfEveryFrequencyAsAHeightWithinTheSpreadOfItsRest)
   EXPECT_GT(without, 10);  // the rest is not nothing
 }
 
-// Terms and scatter are the whole: over draws the terms leave of the surface what scatters. Points of the
-// fine surface here, not pixels, which average a tenth of it away.
+// Terms and scatter add up to the whole: on average over realisations, the residual of the terms is what
+// scatters. We use points of the fine surface, because pixels average a tenth of it away.
 TEST(MeasuredPart, CountsNothingTwice) {
   constexpr int kDraws = 8;
-  // A residual is worth some thousand points, its mean square over 8 draws 2 %; 231 of 12,900 points are the
-  // terms' own.
+  // A residual has some thousand independent points, so its mean square over 8 realisations is good to 2 %.
+  // 231 of 12,900 points are fitted by the terms.
   constexpr double kAllowed = 0.05;
   const RadialPsd psd = specification();
   TermSet terms;
@@ -184,10 +185,10 @@ TEST(MeasuredPart, AddsHeightsInSquares) {
     if (metric.name != "rms_height_m") continue;
     EXPECT_NEAR(metric.model, std::hypot(terms, rest), 1e-6 * whole);
   }
-  // The map is its terms and the residual; the whole part its terms and all that they leave of it.
+  // The map is its terms plus the residual; the whole part is the terms plus all that they leave of it.
   const double residual = split["map_residual"]["rms_height_m"];
   EXPECT_NEAR(std::hypot(terms, residual), result.map.fit->rms_map, 2e-3 * whole);
-  // 1 + 2 + ... of the map's independent points: some percent.
+  // The map has few independent points, so its residual is uncertain by some percent.
   EXPECT_NEAR(residual / split["map_residual"]["specified_rms_height_m"].get<double>(), 1, 0.1);
   EXPECT_EQ(warned(result.warnings, "rest-not-as-specified"), 0);
 }
@@ -212,7 +213,7 @@ TEST(MeasuredPart, IsJudgedAndTheExitCodeSaysSo) {
   EXPECT_EQ(twice["equivalence"]["verdict"], "different");
   const std::string summary = read_file(part.folder.file("twice/summary.txt"));
   EXPECT_TRUE(summary.starts_with("DIFFERENT from the mean, ")) << summary;
-  // Twice the height is no mirror of this specification: beyond what those differ by.
+  // A surface of twice the height is no mirror of this specification; it is outside their spread.
   EXPECT_NE(summary.substr(0, summary.find("Worst: ")).find("standard deviations among mirrors"),
             std::string::npos)
       << summary;
@@ -225,9 +226,9 @@ TEST(MeasuredPart, IsJudgedAndTheExitCodeSaysSo) {
   }
   EXPECT_GT(most, 3);
   EXPECT_NE(summary.find("Worst: "), std::string::npos);
-  // What the terms leave of it is twice its specification, too.
+  // The residual of the terms is also twice its specification.
   EXPECT_NE(summary.find("[rest-not-as-specified]"), std::string::npos);
-  // The scatter is the specification's either way.
+  // The scatter comes from the specification in both cases.
   EXPECT_EQ(twice["split"]["scatter"], same["split"]["scatter"]);
   EXPECT_EQ(read_file(part.folder.file("twice/scatter.csv")),
             read_file(part.folder.file("same/scatter.csv")));
@@ -271,7 +272,7 @@ TEST(MeasuredPart, TakesANamedCutAndSaysWhatItLeaves) {
       to_json(run_map_check(with_band(R"({"zernike": {"n_max": 20}, "band": "250 /m"})"), {}), {});
   EXPECT_EQ(high["split"]["cut_per_m"], 250.0);
   EXPECT_EQ(high["terms"]["count"], 228);
-  // Without a named order the terms end at the cut.
+  // Without a given order, the terms end at the cut.
   const ResultDocument own = run_map_fit(with_band(R"({"band": "80 /m"})"), {});
   const int order = own.fitted.terms.zernike.back().n;
   EXPECT_LE(terms_end(specification(), order, kDiameter / 2), 80);

@@ -24,8 +24,8 @@ using test::read_file;
 using test::run_program;
 using test::ScratchFolder;
 
-// Slopes of a red surface every millimetre, a turning line of 1 nm RMS every 8 mm among them; positions
-// uneven by `uneven` of the pitch.
+// Slopes of a surface with a red PSD every millimetre, with a turning line of 1 nm RMS every 8 mm. The
+// positions are uneven by `uneven` of the pitch.
 test::DabamFile made_slopes(std::size_t points, double uneven) {
   test::DabamFile file;
   file.header = {"a mirror", "x(mm)\tSlope (urad)"};
@@ -40,7 +40,7 @@ test::DabamFile made_slopes(std::size_t points, double uneven) {
   return file;
 }
 
-// Heights every 1.02 mm and what follows from them, in one row.
+// Heights every 1.02 mm, and derived columns, in one row.
 test::DabamFile made_heights() {
   test::DabamFile file;
   file.format = 2;
@@ -73,20 +73,20 @@ TEST(PsdCommand, MeasuresAProfileAndOffersARoughnessBlock) {
   EXPECT_EQ(result["kind"], "psd");
   EXPECT_EQ(result["measurements"][0]["quantity"], "slope");
   EXPECT_GT(result["estimate"]["bins"].size(), 10u);
-  // The line that was put in; of its height the trapezoid rule over the slopes leaves x/tan(x), x = pi/8.
+  // The simulated line. The trapezoid rule over the slopes leaves x/tan(x) of its height, x = pi/8.
   const auto& lines = result["estimate"]["lines"];
   ASSERT_GE(lines.size(), 1u) << lines;
   EXPECT_NEAR(lines[0]["frequency_per_m"].get<double>(), 125, 0.1);
   const double left = EIGEN_PI / 8 / std::tan(EIGEN_PI / 8);
   EXPECT_NEAR(lines[0]["rms_height_m"].get<double>() / (left * 1e-9), 1,
               0.04);  // the continuum is 1/60 of it
-  // The block stands in a study as it is.
+  // The printed block can be pasted into a study as it is.
   const Study study =
       parse_study(study_with(", \"roughness\": " + read_file(folder.file("out/roughness.json")) +
                              R"(, "terms": {"zernike": {"n_max": 6}})"),
                   "pasted.json");
   EXPECT_TRUE(study.roughness.has_value());
-  // And the bins are a table that the study reader takes.
+  // The bins are a table that the study reader accepts.
   fs::copy_file(folder.file("out/psd.csv"), folder.file("psd.csv"));
   EXPECT_NO_THROW(parse_study(
       study_with(R"(, "roughness": {"psd": {"model": "table", "file": "psd.csv", "kind": "1d"}})"),
@@ -169,7 +169,7 @@ TEST(MapTarget, FitsAnInterferogramAndExportsTheSurface) {
   double sum = 0, squares = 0, count = 0;
   for (const double h : made.map.height.reshaped())
     if (!std::isnan(h)) sum += h, squares += h * h, ++count;
-  // Of what was put in; a tenth of the points is held out.
+  // The RMS refers to all heights; one tenth of the points is held out.
   EXPECT_NEAR(before / std::sqrt(squares / count - std::pow(sum / count, 2)), 1, 0.01);
   EXPECT_LT(after, before);
   EXPECT_NEAR(result["map"]["rms_held_out_m"].get<double>(), after, 0.05 * after);
@@ -182,7 +182,7 @@ TEST(MapTarget, FitsAnInterferogramAndExportsTheSurface) {
   }
   for (const char* name : {"grid_sag.DAT", "surface.int", "zernike_fringe.int", "opd.fits", "surface.csv"})
     EXPECT_TRUE(fs::exists(folder.file(std::string("out/exports/") + name))) << name;
-  // The exported map says what it is: every point of the other export, without an option.
+  // The exported map states its format, so its points equal the other export without an option.
   MeasuredSource exported;
   exported.path = folder.file("out/exports/opd.fits");
   const HeightMap opd = std::get<HeightMap>(read_measurement(exported));
@@ -200,7 +200,7 @@ TEST(MapTarget, FitsAnInterferogramAndExportsTheSurface) {
   EXPECT_GT(seen, 1000);
 }
 
-// A FITS image of 48 x 48 integers that follow no shape.
+// A FITS image of 48 x 48 integers without any shape.
 std::string fits_card(const std::string& key, const std::string& value) {
   const std::string card = key + std::string(8 - key.size(), ' ') + "= " + value;
   return card + std::string(80 - card.size(), ' ');
@@ -239,12 +239,12 @@ TEST(PsdCommand, ChoosesTheImageOfAFitsFileAndSaysSo) {
   const std::string message = chosen["warnings"][0]["message"];
   EXPECT_NE(message.find("1 'OPD' (48 x 48, nm), hdu 1 is read"), std::string::npos) << message;
   EXPECT_NE(message.find("--hdu"), std::string::npos) << message;
-  // Named, it is no surprise.
+  // If the HDU is named, there is no warning.
   const ordered_json named = psd("one.fits --hdu opd");
   for (const auto& warning : named["warnings"]) EXPECT_NE(warning["code"], "image-chosen");
   EXPECT_EQ(named["request"]["hdu"], "opd");
   EXPECT_EQ(named["estimate"]["rms_height_m"], chosen["estimate"]["rms_height_m"]);
-  // Two with units: asked, and each read by its number.
+  // With two candidates the program asks, and reads each by its number.
   EXPECT_EQ(run_program(folder, "psd two.fits --of surface"), 2);
   const std::string error = read_file(folder.file("stderr.txt"));
   EXPECT_NE(error.find("images 0 (48 x 48, nm), 1 (48 x 48, nm)"), std::string::npos) << error;
@@ -252,7 +252,7 @@ TEST(PsdCommand, ChoosesTheImageOfAFitsFileAndSaysSo) {
   const double first = psd("two.fits --hdu 0")["estimate"]["rms_height_m"],
                second = psd("two.fits --hdu 1")["estimate"]["rms_height_m"];
   EXPECT_NEAR(second / first, 10, 0.2);  // integers of up to 100 nm are rounded
-  // All that is open in one message, and the key of a study.
+  // One message names all open questions, and the keys of a study.
   folder.write("open.fits", fits_image(true, "", 100) + fits_image(false, "", 100));
   EXPECT_EQ(run_program(folder, "psd open.fits"), 2);
   const std::string open = read_file(folder.file("stderr.txt"));
@@ -284,7 +284,7 @@ TEST(PsdTargets, AreMetBesideTheFocus) {
   const double flat = 1e-14 / (EIGEN_PI * (19.96 * 19.96 - 2.5 * 2.5));  // P0 of the specification
   for (const SpectrumBin& bin : result.fitted.spectrum) {
     EXPECT_LT(std::abs(std::log(bin.fitted / bin.target)), 0.02) << bin.low;
-    // Inside the band the expectation over draws is the specification, but for the disc's own blur.
+    // Inside the band the mean over realisations is the specification, except for the blur by the disc.
     EXPECT_NEAR(bin.target / flat, 1, 0.15) << bin.low;
   }
 }

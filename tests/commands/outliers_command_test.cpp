@@ -1,5 +1,5 @@
-// Outliers of measured files through the program: what `psd`, `fit` and `check` of a map say of them, and
-// what rejects them.
+// Outliers of measured files through the program: what `psd`, `fit` and `check` report about a map, and how
+// they are rejected.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using nlohmann::ordered_json;
 
 constexpr int kSpikes = 7;
 
-// 64 mm of a k-correlation surface, a spike of a micrometre on the diagonal every 8 mm.
+// A k-correlation surface of 64 mm, with spikes of a micrometre on the diagonal every 8 mm.
 std::string spoilt_map() {
   HeightMap map = random_surface(RadialPsd(KCorrelationPsd{20e-9, 0.012, 3}), 64, 64, 1e-3, {.seed = 4});
   for (int i = 1; i <= kSpikes; ++i) map.height(8 * i, 8 * i + 1) += 1e-6;
@@ -49,7 +49,7 @@ TEST(OutliersOfAFile, AreToldRejectedOrKept) {
   EXPECT_EQ(rejected["request"]["outliers"], "reject");
   EXPECT_FALSE(warning(kept, "outliers") || warning(kept, "outliers-rejected"));
   ASSERT_TRUE(warning(told, "outliers") && warning(rejected, "outliers-rejected"));
-  // The numbers of the sentence are those of both runs.
+  // The sentence has the numbers of both runs.
   const std::string sentence = (*warning(told, "outliers"))["message"];
   EXPECT_NE(sentence.find(fmt::format("{} of 4,096 samples", kSpikes)), std::string::npos) << sentence;
   EXPECT_NE(sentence.find(fmt::format("RMS slope is {:.4g} urad instead of {:.4g} urad",
@@ -86,7 +86,7 @@ TEST(OutliersOfAFile, OfAMapThatIsFittedAreToldByFitAndCheck) {
   EXPECT_EQ(left + kSpikes - 2, json("check")["map"]["valid"]);  // two are outside the mirror
 }
 
-// Heights in metres of a file that meant nanometres.
+// A file gives heights in nanometres but says metres.
 TEST(OutliersOfAFile, ValuesInAWrongUnitAreUnusual) {
   const ScratchFolder folder;
   std::string text = "x [mm],height [mm]\n";

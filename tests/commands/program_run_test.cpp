@@ -24,8 +24,8 @@ using test::read_file;
 using test::run_program;
 using test::ScratchFolder;
 
-// Three statistics of a low-frequency roughness, the Zernikes up to n = 8, few rays. `statistics` and `rest`
-// (further blocks, each with a comma before it) go into the text.
+// A study with three statistics of a low-frequency roughness, the Zernikes up to n = 8 and few rays.
+// `statistics` and `rest` (further blocks, each with a comma before it) go into the text.
 std::string tiny_study(const std::string& statistics, const std::string& rest = "") {
   return R"({
   "aberfit": 1, "title": "tiny",
@@ -39,9 +39,9 @@ std::string tiny_study(const std::string& statistics, const std::string& rest = 
          statistics + " } }" + rest + "\n}\n";
 }
 
-// Targets from theory: judged at statistics held out as well, which 42 terms do not meet.
+// The targets come from theory, so held-out statistics are judged, too. 42 terms do not meet them.
 const std::string kFromTheory = tiny_study(R"("ee50": {}, "ee90": {}, "scatter_rms": {})");
-// Targets given as values: nothing is held out, and three numbers are easily met.
+// The targets are given as values, so nothing is held out, and three numbers are easily met.
 const std::string kFromValues = tiny_study(
     R"("ee50": { "value": "27 um" }, "ee90": { "value": "48 um" }, "scatter_rms": { "value": "11.4 urad" })",
     R"(, "equivalence": { "margin": "5 %" })");
@@ -77,7 +77,7 @@ class ProgramRun : public ::testing::Test {
   std::string file(const std::string& name) const { return folder_.file(name); }
   std::string out() const { return read_file(file("stdout.txt")); }
   std::string err() const { return read_file(file("stderr.txt")); }
-  // 0 where a fit converged to something equivalent, else 1: what a result says the exit code is.
+  // The exit code by the result: 0 for a converged fit with an equivalent surface, else 1.
   static int exit_code_of(const ordered_json& result) {
     return result["equivalence"]["verdict"] == "equivalent" ? 0 : 1;
   }
@@ -106,7 +106,7 @@ TEST_F(ProgramRun, FitWritesFourFilesAndReturnsItsVerdict) {
     EXPECT_EQ(result["statistics"]["fitted"].size(), 3u);
     EXPECT_EQ(code, exit_code_of(result));
     codes.insert(code);
-    // The table on the terminal says the same, and the angle is one.
+    // The terminal shows the same verdict, and the angle.
     std::string verdict = result["equivalence"]["verdict"];
     if (verdict == "equivalent") {
       EXPECT_EQ(out().find("EQUIVALENT"), 0u) << out();
@@ -138,7 +138,7 @@ TEST_F(ProgramRun, JsonIsAllThatStandsOnStandardOutput) {
   run("fit values.json --pictures none --json --quiet -o results");
   EXPECT_EQ(ordered_json::parse(out()), read_json(file("results/result.json")));
   EXPECT_EQ(err(), "");
-  run("--json verify values.json --pictures none -o verified");  // before the command it means the same
+  run("--json verify values.json --pictures none -o verified");  // the option may stand before the command
   EXPECT_EQ(ordered_json::parse(out()), read_json(file("verified/result.json")));
   for (const char* command : {"trace", "check"}) {
     EXPECT_EQ(run(std::string(command) + " values.json --json"), 0);
@@ -160,10 +160,10 @@ TEST_F(ProgramRun, TraceOfTheFittedCoefficientsGivesTheFittedStatistics) {
   for (const auto& item : fitted.items()) {
     const double value = item.value();
     EXPECT_NEAR(traced[item.key()].get<double>(), value, kRelative * value) << item.key();
-    // The draw the fit started from is another surface: the file is what was traced.
+    // The start of the fit is another surface, so the traced one must come from the file.
     EXPECT_GT(std::abs(result["statistics"]["start"][item.key()].get<double>() / value - 1), 1e-4);
   }
-  // verify takes the same surface.
+  // `verify` uses the same surface.
   run("verify theory.json --coefficients results/coefficients.csv --json --pictures none -o verified");
   const ordered_json verified = ordered_json::parse(out())["statistics"];
   for (const char* name : {"ee50_radius_m", "ee90_radius_m", "scatter_rms_rad"}) {
@@ -205,7 +205,7 @@ TEST_F(ProgramRun, ResultsDependNeitherOnThreadsNorOnTheRun) {
   const ordered_json two = read_json(file("two/result.json"));
   EXPECT_EQ(one["provenance"]["threads"], 1);
   EXPECT_EQ(two["provenance"]["threads"], 2);
-  // As text, so that every digit of every number counts.
+  // The comparison is as text, so that every digit counts.
   EXPECT_EQ(comparable(two).dump(1), comparable(one).dump(1));
   EXPECT_EQ(comparable(read_json(file("again/result.json"))).dump(1), comparable(two).dump(1));
   EXPECT_EQ(read_file(file("two/coefficients.csv")), read_file(file("one/coefficients.csv")));
@@ -235,8 +235,9 @@ TEST_F(ProgramRun, TheResolvedStudyOfAResultIsAStudyThatGivesItAgain) {
   EXPECT_EQ(read_file(file("second/coefficients.csv")), read_file(file("first/coefficients.csv")));
 }
 
-// A study that the computation cannot deliver (exit code 3) tells whether it was begun: a ring wider than
-// half the mirror holds all light even half-way to the mirror, so its width does not exist.
+// The exit code is 3 if a study cannot be computed. Here a ring wider than half the mirror holds all energy
+// even half-way to the mirror, so its width does not exist. A folder that cannot be written is found before
+// that.
 TEST_F(ProgramRun, AnUnwritableFolderIsRefusedBeforeAnythingIsComputed) {
   folder_.write("impossible.json", tiny_study(R"("ring_fwhm": { "ring": "0.12 m" })"));
   folder_.write("file", "in the way");
@@ -270,7 +271,7 @@ TEST_F(ProgramRun, OutputThatCannotBeWrittenIsNoSuccess) {
   }
 }
 
-// Automatic terms of a roughness that takes seconds.
+// A study with automatic terms that takes seconds.
 const char* const kSeconds = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"},
   "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"},
   "roughness": {"psd": {"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": "19.96 /m"}},
@@ -284,7 +285,7 @@ TEST_F(ProgramRun, ASignalEndsAFitWithExitCodeFour) {
                               ABERFIT_PROGRAM, study, out, file("said.json"), file("said.err"))
                       .c_str());
   EXPECT_EQ(WEXITSTATUS(status), 4) << read_file(file("said.err"));
-  // Where there was something to keep it is marked; where not, nothing is written.
+  // A result that could be kept is marked as interrupted; otherwise nothing is written.
   if (std::filesystem::exists(out)) {
     EXPECT_TRUE(read_json(out + "/result.json")["fit"]["interrupted"]);
     EXPECT_EQ(read_file(out + "/summary.txt").find("INTERRUPTED"), 0u);
@@ -293,8 +294,8 @@ TEST_F(ProgramRun, ASignalEndsAFitWithExitCodeFour) {
   }
 }
 
-// `timeout` and batch systems signal the process and then its group: a signal that came twice ended the fit,
-// and nothing was kept.
+// `timeout` and batch systems signal first the process and then its group. The second signal must not end the
+// fit without a result.
 TEST_F(ProgramRun, ASignalThatComesTwiceIsOneWish) {
   const std::string study = folder_.write("seconds.json", kSeconds);
   const int status = std::system(
@@ -305,7 +306,8 @@ TEST_F(ProgramRun, ASignalThatComesTwiceIsOneWish) {
   EXPECT_EQ(WEXITSTATUS(status), 4) << read_file(file("said.txt"));
 }
 
-// Named terms on so many rays that an iteration takes half a second, and a margin that takes many.
+// Named terms with so many rays that an iteration takes half a second, and a margin that needs many
+// iterations.
 TEST_F(ProgramRun, ATimeLimitEndsAFitWithAJudgedResult) {
   std::string text = kSeconds;
   text.insert(text.rfind('}'), R"(, "terms": {"zernike": {"n_max": 20}}, "equivalence": {"margin": "0.1 %"},
@@ -342,7 +344,7 @@ TEST_F(ProgramRun, ATimeLimitThatIsNoPositiveTimeIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(file("never")));
 }
 
-// Asked to stop after so many looks.
+// Result of a fit that was asked to stop after `looks` queries.
 ResultDocument stopped_after(const std::string& text, int looks) {
   RunOptions options;
   options.interrupted = [looks, seen = std::make_shared<int>(0)] { return ++*seen > looks; };

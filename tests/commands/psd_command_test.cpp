@@ -1,4 +1,5 @@
-// What `aberfit psd` prints, writes and warns of, on random profiles of known PSD: text, JSON and CSV agree.
+// Results, files and warnings of `aberfit psd` for random profiles of known PSD. Text, JSON and CSV must
+// agree.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -51,7 +52,8 @@ Ran measured(const Spectrum& spectrum, ProfileQuantity quantity, int seed) {
           read_file(folder.file("stdout.txt")), read_file(folder.file("out/psd.csv"))};
 }
 
-// A red PSD has its RMS in a few bins of chance: where the model has another, that is said with the factor.
+// The RMS of a red PSD lies in a few noisy bins. If the model has another RMS, the text says so, with the
+// factor.
 TEST(PsdCommand, SaysWhereTheModelHasAnotherRmsThanTheBins) {
   int warned = 0;
   for (int seed = 1; seed <= 8; ++seed) {
@@ -63,7 +65,7 @@ TEST(PsdCommand, SaysWhereTheModelHasAnotherRmsThanTheBins) {
     EXPECT_EQ(ran.warned("rms-not-as-measured"), other) << seed;
     EXPECT_NE(ran.text.find(fmt::format("(ratio {:.3f})", height)), std::string::npos) << ran.text;
     EXPECT_EQ(ran.text.find(fmt::format("{:.2f} times the RMS height", height)) != std::string::npos, other);
-    // The block for this very surface has both, summed here over the line A / f^B itself.
+    // The block for the measured surface has both numbers. We sum them over the line A / f^B itself.
     const ordered_json& block = ran.result["roughness_as_measured"];
     EXPECT_EQ(block.is_null(), !other) << seed;
     if (other) {
@@ -94,7 +96,7 @@ TEST(PsdCommand, WritesTheSurfacesPsdAndTheLineOfADrawing) {
     EXPECT_NEAR(line["exponent"], 4, 3.5 * line["exponent_std"].get<double>());
     EXPECT_TRUE(line["describes"]);
     EXPECT_NE(ran.text.find(fmt::format("B = {:.3f}", line["exponent"].get<double>())), std::string::npos);
-    // Bins of the table, in order, are those of the JSON that are known.
+    // The rows of the table are the known bins of the JSON, in order.
     std::istringstream rows(ran.csv);
     std::vector<std::string> read;
     for (std::string row; std::getline(rows, row);)
@@ -135,7 +137,7 @@ TEST(PsdCommand, SaysWhereTheInstrumentEnds) {
   EXPECT_TRUE(measured(kSteep, ProfileQuantity::kHeight, 7).result["estimate"]["trusted_to_per_m"].is_null());
 }
 
-// The words of a text, one blank between any two.
+// The words of a text, with single blanks.
 std::string unwrapped(const std::string& text) {
   std::istringstream words(text);
   std::string joined;
@@ -159,7 +161,8 @@ TEST(PsdCommand, TellsBandsInTextJsonAndTable) {
   const ordered_json &low = result["bands"][0], &mid = result["bands"][1], &beyond = result["bands"][2];
   EXPECT_EQ(mid["name"], "mid");
   EXPECT_NEAR(number(mid["f_max_per_m"]), 300, 1e-9);
-  // 1e-15 f^-4 between them, and its slopes; two degrees of freedom an ordinate: 7 and 2 % of the RMS.
+  // Both follow from 1e-15 f^-4 between the limits. Two degrees of freedom per ordinate give 7 and 2 % of the
+  // RMS.
   EXPECT_NEAR(number(low["model"]["rms_height_m"]), std::sqrt(1e-15 / 3 * (1 / 125.0 - 1 / 125e3)),
               0.3 * 1.6e-9);
   EXPECT_NEAR(number(mid["data"]["rms_slope"]),
@@ -210,7 +213,7 @@ TEST(PsdCommand, TellsTheStructureFunctionInTextAndJson) {
   EXPECT_NEAR(number(d["separation_m"][0]), 1e-3, 1e-12);
 }
 
-// What is drawn is what is told; files of a picture are there without gnuplot, too.
+// The picture shows the printed values. Its files are written even without gnuplot.
 TEST(PsdCommand, DrawsTheStructureFunctionThatItTells) {
   const ScratchFolder folder;
   folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
@@ -232,7 +235,7 @@ TEST(PsdCommand, DrawsTheStructureFunctionThatItTells) {
   EXPECT_EQ(k, d["separation_m"].size());
 }
 
-// One definition of the RMS slope; the other convention stands beside it where it differs by over 1 %.
+// The RMS slope has one definition; the value by the other convention is shown if it differs by over 1 %.
 TEST(PsdCommand, TellsBothConventionsOfARmsSlopeWhereTheyDiffer) {
   int differ = 0;
   for (int seed = 1; seed <= 4; ++seed)
@@ -251,7 +254,7 @@ TEST(PsdCommand, TellsBothConventionsOfARmsSlopeWhereTheyDiffer) {
   EXPECT_GT(differ, 0);
 }
 
-// What is printed as the line of the drawing is a roughness whose line is that line.
+// The printed "line of the drawing" is a roughness block. A study with it has that line.
 TEST(PsdCommand, PrintsALineThatAStudyTakes) {
   const Ran ran = measured(kSteep, ProfileQuantity::kHeight, 5);
   const std::size_t at = ran.text.find("The line of the drawing:\n\"roughness\": ");
@@ -325,7 +328,7 @@ TEST(PsdCommand, AsksOnceForAllThatAFileLeavesOpenInTheWordsOfItsUser) {
   EXPECT_EQ(written.find("--"), std::string::npos) << written;
 }
 
-// The same map in nanometres, in waves, with rows over several lines and turned over: the same PSD.
+// The map in nanometres, in waves, with rows over several lines, or turned over has the same PSD.
 TEST(PsdCommand, TakesWavesWrappedRowsAndBottomRowsByOptionAndByKey) {
   const ScratchFolder folder;
   constexpr int kSide = 24;
@@ -358,7 +361,7 @@ TEST(PsdCommand, TakesWavesWrappedRowsAndBottomRowsByOptionAndByKey) {
       turned_mask += fmt::format("{:d}{}", row >= kSide - 14, column + 1 == kSide ? "\n" : " ");
     }
   folder.write("mask.txt", mask), folder.write("turned.txt", turned_mask);
-  // A radial PSD is that of a map upside down: a part above the middle is not.
+  // The radial PSD does not change if the map is upside down; a part above the middle does.
   const std::string plain_map = "plain.txt --value-unit nm" + common,
                     wrapped_map = "wrapped.txt --value-unit nm --columns 24" + common,
                     upper = " --aperture rectangle:width=100%,height=14mm,centre=0mm,4mm";

@@ -1,5 +1,5 @@
-// Results stay: whatever commands are given one folder, and whoever has files in it, nothing is changed but
-// what a run of the same command has left there.
+// Results stay. Whatever commands use one folder, and whoever has files in it, a command replaces only what
+// the same command has left there.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -38,7 +38,7 @@ const std::map<std::string, std::string> kCommands = {
     {"check", "check study.json --quiet --arrays npz"},
     {"psd", "psd profile.txt --pictures none --quiet --quantity height --x-unit m --value-unit m"}};
 
-// Every file below a folder, hidden ones too, with its bytes; links and folders by what they are.
+// Every file below a folder, hidden ones too, with its bytes; links and folders by their kind.
 std::map<std::string, std::string> bytes_below(const std::string& folder) {
   std::map<std::string, std::string> all;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -70,7 +70,7 @@ class ResultsStay : public testing::Test {
   static std::string err() { return read_file(folder_->file("stderr.txt")); }
   static std::string file(const std::string& name) { return folder_->file(name); }
 
-  // A folder that holds what a command has left and what others have put there.
+  // A folder with results of a command and with files of others.
   static std::string folder_of(const std::string& command, const std::string& name) {
     fs::create_directories(fs::path(file(name)).parent_path());
     fs::copy(file("whole/" + command), file(name), fs::copy_options::recursive);
@@ -127,7 +127,7 @@ TEST_F(ResultsStay, InAFolderForEachCommandWhereNoneIsNamed) {
   }
 }
 
-// A file of the user's, one that was changed since, a link, a folder: where a result would go.
+// A file of the user's, a changed result, a link or a folder stands where a result would go.
 TEST_F(ResultsStay, WhereAFileIsInTheWayOfAResult) {
   const auto refuses = [&](const std::string& command, const std::string& folder, const std::string& name) {
     const auto before = bytes_below(file(folder));
@@ -174,7 +174,7 @@ TEST_F(ResultsStay, ButForWhatIsForcedWhichIsSaid) {
   EXPECT_EQ(ordered_json::parse(after.at("result.json"))["status"], "solved");
 }
 
-// A sweep goes on in its own folder, where its records are all that is there.
+// A sweep continues in its own folder, where it finds its records.
 TEST_F(ResultsStay, AndASweepGoesOnFromItsRecords) {
   fs::create_directories(file("resumed"));
   fs::copy(file("whole/sweep/cases"), file("resumed/cases"), fs::copy_options::recursive);

@@ -1,4 +1,4 @@
-// A file that a command has no use for: what it is, and which command is right.
+// If a command cannot use a file, the message says what the file is and which command uses it.
 #include <gtest/gtest.h>
 
 #include <functional>

@@ -1,4 +1,4 @@
-// `aberfit solve` from the outside: exit codes, files, what is printed.
+// `aberfit solve` from the outside: exit codes, files, printed text.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -53,8 +53,8 @@ TEST_F(SolveCommand, WritesWhatItPrints) {
   EXPECT_FALSE(std::filesystem::exists(folder_.file("result/contour.csv")));
 }
 
-// S = A f^-3 from f = 0 on has no height variance, but a focus: half of the light within sqrt3 g, g = 32 pi^3
-// A/lambda and what the aperture adds, 2 lambda/(pi^2 D). It has no end at which rays had a slope: 1e6 /m.
+// S = A f^-3 from f = 0 on has no height variance, but a focus. Half of the energy is within sqrt3 g, g = 32
+// pi^3 A/lambda, and the aperture adds 2 lambda/(pi^2 D). 1e6 /m is no end at which rays had a slope.
 TEST_F(SolveCommand, TakesARoughnessWithoutALowEnd) {
   const std::string law =
       R"(solve study.json --json --quiet --set /target/theory=ghs --set '/roughness/psd={"model": )"
@@ -92,8 +92,7 @@ TEST_F(SolveCommand, ReturnsOneWhereThereIsNoSolutionOrNoBound) {
   EXPECT_NE(err().find("/solve"), std::string::npos) << err();
 }
 
-// What binds is met exactly: 80 % of the solution's light is inside the budgeted radius, 1.5 arcsec at f = 2
-// m.
+// The limiting budget is met exactly: the budgeted radius, 1.5 arcsec at f = 2 m, holds 80 % of the energy.
 TEST_F(SolveCommand, DrawsTheLightOfTheSolutionThroughItsBudget) {
   EXPECT_EQ(run("solve study.json -o drawn --set \"/mirror/focal_length=2 m\" --set /target/theory=ghs "
                 "--set \"/roughness/psd/f_max=200 /m\" --set \"/solve/so_that/ee80_diameter=<= 3 arcsec\""),
@@ -137,7 +136,7 @@ TEST_F(SolveCommand, OfTwoNumbersWritesTheContour) {
   EXPECT_GE(rows, 10u);
   for (const char* file : {"contour.gp", "contour.dat"})
     EXPECT_TRUE(std::filesystem::exists(folder_.file(std::string("two/plots/") + file))) << file;
-  // Two numbers at each axis, however short.
+  // Each axis has at least two numbers, however short it is.
   const std::string script = read_file(folder_.file("two/plots/contour.values"));
   for (const char* tics : {"set xtics (", "set ytics ("}) {
     const std::size_t from = script.find(tics);
@@ -197,7 +196,7 @@ TEST_F(SolveCommand, OfCeilingsNeedsNoRoughness) {
   std::getline(table, line);
   EXPECT_EQ(line, "frequency_per_m,rms_m,profile_psd_m3,binding");
   EXPECT_TRUE(std::filesystem::exists(folder_.file("result/plots/ceilings.gp")));
-  // Out of reach, and both questions at once.
+  // One question is out of reach, and two questions at once are refused.
   EXPECT_EQ(
       run("solve ceilings.json --set /target/theory=ghs --set '/solve/so_that/ee80_diameter=<= 0.1 arcsec'"),
       1);

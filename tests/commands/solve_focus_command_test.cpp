@@ -1,4 +1,5 @@
-// `aberfit solve` of a measured focus, from the outside: a curve and an image, what is printed, refusals.
+// `aberfit solve` with a measured focus, from the outside: a curve and an image, the printed text, and
+// refusals.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +44,7 @@ class SolveFocusCommand : public ::testing::Test {
   std::string out() const { return read_file(folder_.file("stdout.txt")); }
   std::string err() const { return read_file(folder_.file("stderr.txt")); }
 
-  // Diameters on the sky, shares in percent, from none at all.
+  // Writes a curve with diameters on the sky and energy in percent, from zero on.
   void write_curve(double noise) {
     const MeanSpot spot = true_light().at_plane(0);
     std::mt19937_64 random(3);
@@ -56,7 +57,8 @@ class SolveFocusCommand : public ::testing::Test {
     }
     folder_.write("ee.csv", text);
   }
-  // Pixels of 2 um, 2e6 photoelectrons over 25 a pixel with noise of 10, the axis between pixels.
+  // Writes an image with pixels of 2 um, 2e6 photoelectrons on a background of 25 per pixel with noise of 10;
+  // the axis lies between pixels.
   void write_image() {
     constexpr int kSide = 81;
     constexpr double kPixel = 2e-6;
@@ -118,7 +120,7 @@ TEST_F(SolveFocusCommand, FindsTheRoughnessOfACurve) {
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   EXPECT_EQ(read_file(folder_.file("result/focus.csv")).find("radius_m,measured_share"), 0u);
   EXPECT_GT(read_file(folder_.file("result/plots/focus.svg")).size(), 1000u);
-  // The resolved study asks the same.
+  // The resolved study asks the same question.
   folder_.write("resolved.json", json["study"].dump());
   EXPECT_EQ(run("solve resolved.json --json --quiet --pictures none -o again"), 0) << err();
   EXPECT_EQ(ordered_json::parse(out())["numbers"], json["numbers"]);
@@ -135,12 +137,12 @@ TEST_F(SolveFocusCommand, FindsTheRoughnessOfAnImageWithPixelsAndBackground) {
   EXPECT_NEAR(double(json["total"]), 2e6, 2e4);
   EXPECT_NEAR(double(json["background"]), 25, 2);
   EXPECT_NEAR(double(json["centre_pixels"][0]), 40.3, 0.05);
-  // Rows of the file begin at the top.
+  // Rows of the file are counted from the top.
   EXPECT_NEAR(double(json["centre_pixels"][1]), 80 - 39.8, 0.05);
   EXPECT_EQ(read_file(folder_.file("result/focus.csv")).find("mean_radius_m,measured_per_pixel"), 0u);
 }
 
-// Air moves within an exposure: it blurs, and is no speckle of one mirror.
+// Air moves during an exposure, so it blurs and gives no speckle as a mirror does.
 TEST_F(SolveFocusCommand, AirIsNotOneMirrorsOwn) {
   const SumPsd whole{{kTruth, in_pupil(Atmosphere{0.5, kWavelength})}};
   const MeanSpot spot =
@@ -164,12 +166,11 @@ TEST_F(SolveFocusCommand, AirIsNotOneMirrorsOwn) {
   const ordered_json json = fitted(R"({"atmosphere": {"r0": "50 cm", "wavelength": "550 nm"}})");
   EXPECT_EQ(json["status"], "fitted") << json["message"];
   EXPECT_NEAR(double(json["numbers"][0]["value"]) / kTruth.rms, 1, 0.02);
-  // A part of that mirror's light at most differs from the mean, where the air itself would be three times as
-  // much.
+  // Only the light of the mirror varies about the mean; a variation of the air would be three times as large.
   for (const double spread : json["light"]["spread"]) EXPECT_LT(spread, 0.05);
 }
 
-// An image with nothing at its rim: the answer is the same in any unit.
+// The rim of the image is empty, so the answer is the same in any unit.
 TEST_F(SolveFocusCommand, TheUnitOfAnImageDoesNotCount) {
   write_image();
   std::vector<double> counts;

@@ -1,4 +1,4 @@
-// `aberfit new`: every starter is run by the command of its first comment, and ends as that comment says.
+// `aberfit new`: the command in the first comment of every starter is run and ends as that comment says.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using test::read_file;
 using test::run_program;
 using test::ScratchFolder;
 
-// A profile of a power law, and a map of three smooth bumps with a grain: as a user has them.
+// A profile of a power law, and a map of three smooth bumps with fine grain, as a user has them.
 std::string profile_text() {
   std::string text = "x_mm height_nm\n";
   constexpr int kWaves = 400, kPoints = 2000;
@@ -49,7 +49,7 @@ std::string run_new(const ScratchFolder& folder, const std::string& arguments, i
   return read_file(folder.file(expected == 0 ? "stdout.txt" : "stderr.txt"));
 }
 
-// Kind, what `new` is given, and the command of the comment with the word that it promises.
+// Kind, arguments of `new`, and the command of the comment with its promised word.
 struct Promise {
   const char *kind, *file, *command, *word;
   int exit_code;
@@ -72,7 +72,7 @@ TEST(Starters, EndAsTheirFirstCommentPromises) {
     const std::string study = folder.file(std::string(promise.kind) + ".jsonc"), text = read_file(study);
     const std::string command = fmt::format("//   aberfit {} {}.jsonc", promise.command, promise.kind);
     ASSERT_NE(text.find(command), std::string::npos);
-    // The comment names the word; a line break in it counts as a blank.
+    // The comment must contain the word; a line break counts as a blank.
     const std::string head = std::regex_replace(text.substr(0, text.find("\n{")), std::regex("\n// *"), " ");
     EXPECT_NE(head.find(promise.word), std::string::npos) << head;
     EXPECT_EQ(run_program(folder, fmt::format("{} {}.jsonc --pictures none", promise.command, promise.kind)),
@@ -84,8 +84,8 @@ TEST(Starters, EndAsTheirFirstCommentPromises) {
   EXPECT_EQ(kinds, starter_kinds()) << "every kind has its promise here";
 }
 
-// The comments offer further lines; with their // taken off (and the comma that a comment asks for) they are
-// read.
+// The comments offer further lines. They are valid without their // (and with the comma that a comment asks
+// for).
 TEST(Starters, OfferLinesThatTheReaderTakes) {
   const ScratchFolder folder;
   folder.write("my_profile.csv", profile_text());

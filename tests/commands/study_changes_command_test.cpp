@@ -1,4 +1,4 @@
-// `--set` and `-` on every command that takes a study: the same as the changed file.
+// `--set` and `-` give the same as the changed file, for every command that takes a study.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -41,7 +41,7 @@ TEST_F(StudyChangesCommand, EveryCommandTakesThem) {
   for (const char* command : {"check", "trace", "verify --pictures none -o v", "fit --pictures none -o f",
                               "chart --seconds 0.1 --pictures none -o c"}) {
     SCOPED_TRACE(command);
-    // The option stands before the study: it takes one value and not the study, too.
+    // The option stands before the study. It must take one value, and not the study, too.
     EXPECT_LE(run(std::string(command) + " --json --quiet --set '/roughness/psd/rms=150 nm' --set /title=x "
                                          "study.json"),
               1)

@@ -1,5 +1,5 @@
-// `aberfit sweep` from the outside: killed and started again, in shards, by ranks of mpirun - always the same
-// records as of one run that nobody disturbed.
+// `aberfit sweep` from the outside: killed and restarted, in shards, or by ranks of mpirun. The records are
+// always those of one undisturbed run.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -28,7 +28,8 @@ using nlohmann::ordered_json;
 using test::read_file;
 using test::ScratchFolder;
 
-// Each case takes a millisecond or two. f_max: above f_min for some of the cases only, so that others fail.
+// Each case takes a millisecond or two. f_max is above f_min in some of the cases only, so that the others
+// fail.
 ordered_json study(int heights, int bands) {
   ordered_json made =
       ordered_json::parse(R"({ "aberfit": 1, "title": "swept", "mirror": { "focal_length": "1 m" },
@@ -41,7 +42,7 @@ ordered_json study(int heights, int bands) {
   return made;
 }
 
-// What was found, by id: the whole record but the time it took. Fails for an id that is there twice.
+// Records by id, without the time they took. Fails if an id occurs twice.
 std::map<std::string, std::string> records_in(const std::string& folder) {
   std::map<std::string, std::string> found;
   for (const auto& entry : fs::directory_iterator(folder + "/cases")) {
@@ -60,14 +61,14 @@ std::map<std::string, std::string> records_in(const std::string& folder) {
 class SweepCommand : public testing::Test {
  protected:
   void SetUp() override {
-    // Whatever started the tests.
+    // Removes what a batch system that started the tests has set.
     for (const char* name : {"SLURM_ARRAY_TASK_ID", "SGE_TASK_ID", "PBS_ARRAY_INDEX", "OMPI_COMM_WORLD_SIZE"})
       unsetenv(name);
   }
   int run(const std::string& arguments) const { return test::run_program(folder_, arguments); }
   std::string out() const { return read_file(folder_.file("stdout.txt")); }
   std::string err() const { return read_file(folder_.file("stderr.txt")); }
-  // By the shell, in the folder; the program is $ABERFIT.
+  // Starts a command by the shell, in the folder; the program is $ABERFIT.
   pid_t start(const std::string& command) const {
     std::fflush(nullptr);
     const pid_t child = fork();
@@ -95,7 +96,7 @@ class SweepCommand : public testing::Test {
     }
     return count;
   }
-  // Waits until so many records are there, or the process has ended.
+  // Waits for `count` records, or for the end of the process.
   void wait_for_records(const std::string& out, std::size_t count, pid_t child) const {
     while (recorded(out) < count && waitid(P_PID, id_t(child), nullptr, WEXITED | WNOHANG | WNOWAIT) == 0) {
       siginfo_t info{};
@@ -104,7 +105,7 @@ class SweepCommand : public testing::Test {
       usleep(2000);
     }
   }
-  // The same sweep whole, as `kills` times killed, as shards, by ranks of which one is killed.
+  // Runs the same sweep undisturbed, killed `kills` times, as shards, and by ranks of which one is killed.
   void whole(int heights, int bands) {
     folder_.write("study.json", study(heights, bands).dump());
     const int code = run("sweep study.json -o whole --quiet");
@@ -113,7 +114,7 @@ class SweepCommand : public testing::Test {
     EXPECT_EQ(whole_.size(), std::size_t(heights * bands));
     table_ = table_of("whole");
   }
-  // cases.csv without the time that cases took.
+  // Returns cases.csv without the times.
   std::string table_of(const std::string& out) const {
     std::istringstream lines(read_file(folder_.file(out + "/cases.csv")));
     std::string text;
@@ -132,7 +133,8 @@ class SweepCommand : public testing::Test {
       const std::size_t before = recorded("killed");
       const pid_t child =
           start("\"$ABERFIT\" sweep study.json -o killed --threads " + std::to_string(1 + k % 2));
-      // Of what is left: a fast machine writes some more between a look and the kill.
+      // This is the fraction of the remaining records. A fast machine writes some more between the check and
+      // the kill.
       const double share = 1.3 * stream.uniform(std::uint64_t(k)) / (kills - k + 1);
       wait_for_records("killed", before + std::size_t(share * double(whole_.size() - before)), child);
       kill(child, SIGKILL);
@@ -147,7 +149,7 @@ class SweepCommand : public testing::Test {
     for (int k = 1; k <= shards; ++k)
       children.push_back(
           start(fmt::format("\"$ABERFIT\" sweep study.json -o shards --threads 1 --shard {}/{}", k, shards)));
-    // Each tells what has come together when it ends: one that is done first may have seen no failed case.
+    // Each shard ends with the exit code of all records so far; an early one may have seen no failed case.
     int most = 0;
     for (const pid_t child : children) {
       const int code = wait_for(child);
@@ -196,7 +198,7 @@ class SweepCommand : public testing::Test {
     EXPECT_EQ(wait_for(start(mpirun(2))), 1);
     EXPECT_EQ(records_in(folder_.file("ranks")), whole_);
     EXPECT_EQ(table_of("ranks"), table_);
-    // More than one rank has been at work.
+    // At least two ranks have worked.
     int workers = 0;
     for (const auto& entry : fs::directory_iterator(folder_.file("ranks/cases")))
       workers += entry.path().extension() == ".jsonl" && fs::file_size(entry.path()) > 0;
@@ -218,7 +220,7 @@ TEST_F(SweepCommand, InShardsGivesTheSame) {
   sharded(3);
 }
 
-// The killing of a rank, which takes mpirun seconds, is among the long ones.
+// mpirun takes seconds to kill a rank, so that test is among the long ones.
 TEST_F(SweepCommand, ByRanksGivesTheSame) {
   if (!has_mpi()) GTEST_SKIP() << "no mpirun, or built without Open MPI";
   whole(12, 10);
@@ -227,7 +229,7 @@ TEST_F(SweepCommand, ByRanksGivesTheSame) {
   EXPECT_EQ(table_of("ranks"), table_);
 }
 
-// 2,000 cases; with `ctest -C stability -L stability`.
+// Sweeps of 2,000 cases; run with `ctest -C stability -L stability`.
 using SweepLong = SweepCommand;
 TEST_F(SweepLong, KilledTwentyTimesGivesTheSame) {
   whole(50, 40);
@@ -247,7 +249,7 @@ TEST_F(SweepCommand, SaysWhatCheckSaysOfEachCase) {
   ordered_json one = study(2, 2);
   one["target"]["statistics"] = {{"ee50", ordered_json::object()}, {"ee80", ordered_json::object()}};
   one["mirror"]["conic"] = -1;
-  // Cases share what they know of a pupil: each that makes another one, alone.
+  // Cases share data of a pupil. Each of these changes needs a pupil of its own.
   const std::vector<std::pair<std::string, json>> varied = {{"/light/wavelength", {"0.4 um", "1 um"}},
                                                             {"/mirror/focal_length", {"0.5 m", "1 m"}},
                                                             {"/mirror/conic", {-1, -0.99}},
@@ -294,7 +296,7 @@ TEST_F(SweepCommand, OfDrawnMirrorsHasQuantiles) {
       "/roughness/psd/rms,statistic,count,mean,standard_deviation,smallest,q05,q25,q50,q75,q95,largest");
   std::getline(table, line);
   EXPECT_EQ(line.find("20 nm,ee80_radius_m,4,"), 0u) << line;
-  // A seed is the one that `trace` draws with.
+  // The seed of a case is the one that `trace` uses.
   EXPECT_EQ(run("trace study.json --json --quiet --set '/fit/seed=3'"), 0) << err();
   const json trace = json::parse(out());
   for (const auto& [id, text] : records_in(folder_.file("out"))) {
@@ -336,7 +338,7 @@ TEST_F(SweepCommand, OfSolvesHasWhatIsAllowed) {
   EXPECT_EQ(json::parse(records.begin()->second)["values"]["solved_rms_m"], solved);
 }
 
-// Budgets on their limits but for rounding leave nothing to draw lines between.
+// If budgets are on their limits except for rounding, there are no contours to draw.
 TEST_F(SweepCommand, OfEqualValuesEnds) {
   ordered_json solves = study(2, 2);
   solves["output"]["pictures"] = "auto";
@@ -349,7 +351,7 @@ TEST_F(SweepCommand, OfEqualValuesEnds) {
   EXPECT_EQ(run("sweep study.json -o out --quiet"), 0) << err();
   const std::string table = read_file(folder_.file("out/cases.csv"));
   EXPECT_NE(table.find(",rms_height_m@1/m-30/m,"), std::string::npos) << table;
-  // What only `solve` itself answers is a failed case.
+  // A case that only `solve` itself rejects is a failed case.
   solves["solve"] = {{"ceilings", ordered_json::object()}, {"so_that", {{"strehl", ">= 0.8"}}}};
   folder_.write("ceilings.json", solves.dump());
   EXPECT_EQ(run("sweep ceilings.json -o none --quiet"), 1) << err();
@@ -372,14 +374,14 @@ TEST_F(SweepCommand, TellsBadInputAndTriesFailedCasesAgain) {
   const std::size_t before = recorded("out");
   EXPECT_EQ(run("sweep study.json -o out --quiet --retry"), 1);
   EXPECT_EQ(recorded("out"), before + 3);
-  // A line that is no record is told, and its case done again.
+  // A line that is no record gives a message, and its case is computed again.
   folder_.write("out/cases/worker-0001.jsonl",
                 read_file(folder_.file("out/cases/worker-0001.jsonl")) + "oops\n");
   EXPECT_EQ(run("sweep study.json -o out --json --quiet"), 1);
   EXPECT_EQ(json::parse(out())["warnings"][0]["code"], "damaged-records");
 }
 
-// fits/telescope-sweep, smaller.
+// A smaller version of fits/telescope-sweep.
 TEST_F(SweepCommand, TheExampleHasTablesAndPictures) {
   EXPECT_EQ(
       run("sweep '" ABERFIT_SOURCE_DIR "/fits/telescope-sweep/study.json' -o out --quiet "

@@ -21,7 +21,7 @@ std::string study_of(const std::string& psd) {
 // Message of the warning `code` that `check` gives; empty when it gives none.
 std::string warning_of(const std::string& psd, const std::string& code) {
   const ScratchFolder folder;
-  // A power law is what the log-log interpolation of a table gives exactly: S = 1e-17 f^-3, 10 to 1000 /m.
+  // Log-log interpolation of a table is exact for a power law: S = 1e-17 f^-3, 10 to 1000 /m.
   folder.write("law.csv", "f_per_m,psd_m4\n10,1e-20\n100,1e-23\n1000,1e-26\n");
   // A profile PSD that rises by 100 between its last points but one.
   folder.write("rising.csv", "f_per_m,psd_m3\n10,1e-17\n20,1e-18\n40,1e-19\n80,1e-17\n160,1e-20\n");

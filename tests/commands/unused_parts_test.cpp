@@ -1,4 +1,4 @@
-// What of a study a command does not use is said, in one line.
+// A command says in one line which parts of a study it does not use.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ class UnusedParts : public testing::Test {
  protected:
   const test::ScratchFolder folder_;
 
-  // The sentences of `contributors-not-used` beside this `with` block.
+  // The `contributors-not-used` messages for this `with` block.
   std::vector<std::string> said(const std::string& command, const std::string& with,
                                 const std::string& run = "check") const {
     ordered_json study = ordered_json::parse(R"({"aberfit": 1, "mirror": {"focal_length": 2.8},

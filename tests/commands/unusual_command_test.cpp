@@ -1,5 +1,5 @@
-// What the commands say of numbers that can hardly be meant: exit 2 with the key where nothing can be
-// computed, else one line in the text and in the JSON.
+// Messages about unlikely numbers: exit 2 with the key if nothing can be computed, else one line in the text
+// and in the JSON.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -44,7 +44,7 @@ class UnusualNumbersOfAStudy : public ::testing::Test {
   ScratchFolder folder_;
 };
 
-// Each was exit 3 with a sentence about light, slopes or frequencies.
+// Each of these once gave exit 3 with a sentence about light, slopes or frequencies.
 TEST_F(UnusualNumbersOfAStudy, AreExitCodeTwoWithTheKeyWhereNothingCanBeComputed) {
   const struct {
     const char *change, *pointer, *value, *meant;
@@ -91,12 +91,12 @@ TEST_F(UnusualNumbersOfAStudy, AreToldOnceOfASweep) {
   const ordered_json result = ordered_json::parse(read_file(folder_.file("all/result.json")));
   ASSERT_EQ(unusual_in(result).size(), 1u);
   EXPECT_NE(unusual_in(result)[0].find("a focal length of 1.5 m"), std::string::npos);
-  // One case alone, of a study that is ordinary.
+  // Only one case is unusual; the study is ordinary.
   EXPECT_EQ(
       run(R"(sweep s.json -o one --set '/vary={"over": {"/mirror/focal_length": ["1.5 m", "1.5 km"]}}')"), 0)
       << err();
   EXPECT_NE(out().find("1 of 2 cases have an unusual number. Case 1:"), std::string::npos) << out();
-  // What varies takes the place of the study's own value, which is no case.
+  // The varied value replaces the study's own value, which is not among the cases.
   EXPECT_EQ(run("sweep s.json -o none --set '/roughness/psd/rms=200 um'"), 0) << err();
   EXPECT_EQ(count(out(), "unusual"), 0u) << out();
 }

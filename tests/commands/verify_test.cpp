@@ -14,7 +14,7 @@ namespace {
 
 const std::string kStudy = ABERFIT_SOURCE_DIR "/fits/paper-verify/study.json";
 
-// The shipped study with so many draws.
+// The shipped study with this number of realisations.
 Study short_study(int draws) {
   Study study = read_study(kStudy);
   study.verify_draws = draws;
@@ -23,7 +23,8 @@ Study short_study(int draws) {
 
 }  // namespace
 
-// The decision on ensemble means: terms that cannot carry the roughness are found out, by rays and in light.
+// The decision uses ensemble means. Terms that cannot carry the roughness are `different` by rays and by wave
+// optics.
 TEST(Verify, TermsThatCannotCarryTheRoughnessAreDifferent) {
   Study study = short_study(64);
   study.terms.zernike->n_max = 12;  // 13/(2 pi R) = 10 of 40 cycles/m
@@ -42,7 +43,7 @@ TEST(Verify, FewDrawsDecideNothingAndSaySo) {
   EXPECT_TRUE(warned);
 }
 
-// Light decides where the study does not name rays; there its answer is of waves.
+// Wave optics decides unless the study names rays.
 TEST(Verify, LightDecidesUnlessTheStudyNamesRays) {
   Study study = short_study(64);
   study.target = {};

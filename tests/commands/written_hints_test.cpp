@@ -1,4 +1,4 @@
-// What a file of numbers says of itself is what a study takes.
+// A study uses the units and kinds that a file of numbers states about itself.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace aberfit {
 namespace {
 
-// The keys behind "# For `"model": "table"`:".
+// The keys after "# For `"model": "table"`:".
 std::string keys_of_table(const std::string& csv) {
   const std::string mark = "# For `\"model\": \"table\"`: ";
   const std::size_t from = csv.find(mark);

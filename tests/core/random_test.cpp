@@ -117,7 +117,8 @@ TEST(RandomStream, ManyNormalsAreThoseOfOneAfterTheOther) {
   }
 }
 
-// The ends of (0, 1): numbers that 53 bits can hold there, and those next to 1, where the logarithm is small.
+// Tests the ends of (0, 1): the smallest numbers of 53 bits, and those next to 1, where the logarithm is
+// small.
 TEST(RandomStream, BoxMullerIsRightAtTheEnds) {
   for (const InstructionSet set :
        {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {

@@ -12,7 +12,8 @@ using namespace aberfit::internal;
 
 namespace {
 
-// Every kind of statistic, in and out of focus. Planes follow the spot; defocus would hide a small one.
+// Every kind of statistic, in and out of focus. Planes scale with the spot, because defocus would hide a
+// small one.
 std::vector<Statistic> every_statistic(double focal_sigma) {
   const double dz = 2.8 / 0.2 * focal_sigma;
   return {EncircledEnergyRadius{0.2, 0},

@@ -7,8 +7,8 @@
 
 namespace aberfit::test {
 
-/// Holds a result.json against the expected.json of a reference study: verdict, light's verdict,
-/// status, warnings, values.
+/// Compares a result.json with the expected.json of a reference study: verdict, verdict by waves, status,
+/// warnings, values.
 inline void expect_what_the_file_says(const nlohmann::json& result, const std::string& folder) {
   std::ifstream file(folder + "/expected.json");
   const nlohmann::json expected = nlohmann::json::parse(file);

@@ -1,5 +1,5 @@
-// Every reference study gives what its expected.json says; fits/smooth-waves in smooth_waves_test.cpp, which
-// fits it anyway.
+// Every reference study must give the results of its expected.json. smooth_waves_test.cpp does it for
+// fits/smooth-waves.
 #include "fits/expected.h"
 
 #include "aberfit/commands/run.h"

@@ -1,5 +1,5 @@
-// The reference studies on measured parts: what their READMEs claim. The truth is what the example
-// what_would_an_instrument_write_of_my_mirror put in.
+// The reference studies on measured parts must give what their READMEs claim. The truth is the surface in the
+// example what_would_an_instrument_write_of_my_mirror.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,14 +32,14 @@ TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndShowsTheTermsInLight) {
   EXPECT_EQ(result.map.fit->rank, 228);
   EXPECT_LT(result.map.fit->rms_residual, 0.25 * result.map.fit->rms_map);
   EXPECT_NEAR(result.map.fit->rms_held_out / result.map.fit->rms_residual, 1, 0.1);
-  // At f/10 rays are no model of so small a spot: the terms' light is that of waves.
+  // At f/10 rays are no model of so small a spot, so the terms' spot is by wave optics.
   EXPECT_EQ(result.scene.model, "waves");
   ASSERT_TRUE(result.map.light && result.map.light->terms.obstacle.empty());
   EXPECT_EQ(result.fitted.values[2], result.map.light->terms.ee90);
   EXPECT_LT(result.map.light->filled_share, 0.05);
-  // Of the map and of its terms alone: the residual's share of the light is small.
+  // The Strehl ratio of the map is close to that of its terms, because the residual scatters little.
   EXPECT_NEAR(result.map.light->measured.strehl / result.map.light->terms.strehl, 1, 0.05);
-  // The terms at the points of the map itself: what they leave is the residual that is stated.
+  // We evaluate the terms at the points of the map; the difference must be the reported residual.
   MeasuredSource source;
   source.path = kFits + "map-zygo/interferogram.dat";
   HeightMap map = std::get<HeightMap>(read_measurement(source));
@@ -58,7 +58,7 @@ TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndShowsTheTermsInLight) {
   };
   SurfaceField field;
   SurfaceOperator(result.fitted.terms, array(x), array(y)).apply(result.fitted.fit.coefficients, &field);
-  // Piston and tilt were fitted along and dropped: take them off the difference.
+  // Piston and tilt were fitted, too, and dropped, so we subtract them from the difference.
   const Eigen::ArrayXd rest = array(h) - field.height;
   Eigen::MatrixXd plane(rest.size(), 3);
   plane << Eigen::VectorXd::Ones(rest.size()), array(x).matrix(), array(y).matrix();
@@ -83,7 +83,7 @@ TEST(MapZygo, GivesBackTheTermsAndTheRoughnessThatWerePutIn) {
     squares += miss * miss / 228;
   }
   EXPECT_LT(std::sqrt(squares), 1.2);  // the reported deviations are not too small
-  // What is left: 8 nm less the share of the 228 of the band's 5,260 modes; its own spread is 1 %.
+  // The residual is 8 nm without the variance of 228 of the band's 5,260 modes; its own spread is 1 %.
   EXPECT_NEAR(result.map.fit->rms_residual / (8e-9 * std::sqrt(1 - 228. / 5260)), 1, 0.03);
 }
 
@@ -114,9 +114,8 @@ TEST_P(MeasuredProfile, GivesAModelOfItsBinsAndTermsWithThatFocus) {
   const Study study = read_study(kFits + GetParam() + "/study.json");
   const MeasuredPsd& measured = measured_psd_of(study);
   ASSERT_EQ(measured.result.status, PsdFitStatus::kConverged);
-  // The model's profile PSD holds as much height in its band as the bins themselves, summed without any
-  // model, as far as chance allows: a steep spectrum has most of it in its first ordinates (Welch and
-  // Satterthwaite).
+  // The RMS height of the model in its band must agree with the sum over the bins within chance. A steep
+  // spectrum has most of it in its first ordinates (Welch and Satterthwaite).
   const RadialPsd model(measured.result.model);
   double in_bins = 0, in_model = 0, variance = 0;
   for (Eigen::Index b = 0; b < measured.estimate.psd.size(); ++b) {
@@ -152,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(Fits, MeasuredProfile, testing::Values("measured-turnin
                            return name;
                          });
 
-// amplitude [m^4] (f m)^-exponent of the file, heights taken `scale` times.
+// Expects amplitude [m^4] (f m)^-exponent of the file, with heights multiplied by `scale`.
 void expect_power_law(const MeasuredPsd& measured, double amplitude, double exponent, double scale) {
   const PsdModelFit& fit = measured.result;
   EXPECT_EQ(fit.family, PsdFamily::kPowerLaw);
@@ -163,14 +162,14 @@ void expect_power_law(const MeasuredPsd& measured, double amplitude, double expo
       EXPECT_LT(parameter.lower, known->second) << parameter.name;
       EXPECT_GT(parameter.upper, known->second) << parameter.name;
     }
-  // 2 pi int A f^(1 - exponent) df over the band of the fit, within the interval of the parameter.
+  // 2 pi int A f^(1 - exponent) df over the band of the fit agrees within the interval of the parameter.
   const auto integral = [&](double f) { return std::pow(f, 2 - exponent) / (exponent - 2); };
   const double rms =
       scale * std::sqrt(2 * EIGEN_PI * amplitude * (integral(fit.f_min) - integral(fit.f_max)));
   EXPECT_EQ(fit.parameters.front().name, "rms");
   EXPECT_LT(fit.parameters.front().lower, rms);
   EXPECT_GT(fit.parameters.front().upper, rms);
-  EXPECT_LT(fit.parameters.front().upper / fit.parameters.front().lower, 2.5);  // and it says something
+  EXPECT_LT(fit.parameters.front().upper / fit.parameters.front().lower, 2.5);  // and the interval is narrow
   for (const Warning& warning : fit.warnings) EXPECT_NE(warning.code, "poor-fit");
 }
 
@@ -178,7 +177,7 @@ TEST(MeasuredSmooth, FindsTheLawThatWasPutInUnderTheEllipse) {
   const MeasuredPsd measured = measured_psd_of(read_study(kFits + "measured-smooth/study.json"));
   expect_power_law(measured, 2.5e-17, 4.5, 40);
   EXPECT_TRUE(measured.estimate.lines.empty());
-  // Raw slopes of 100 urad and more are those of the ellipse; what is left is 40 times the roughness.
+  // Raw slopes of 100 urad and more belong to the ellipse; the rest is 40 times the roughness.
   const Profile& raw = std::get<Profile>(measured.data.front());
   EXPECT_LT(measured.estimate.rms_slope, 0.1 * raw.value.abs().maxCoeff());
 }
@@ -190,11 +189,11 @@ TEST(MeasuredTurningLines, FindsTheLineAndLeavesItOutOfTheModel) {
   ASSERT_EQ(measured.estimate.lines.size(), 1u);
   const SpectralLine& line = measured.estimate.lines.front();
   EXPECT_NEAR(line.frequency, 125, 0.3 * measured.estimate.resolution);
-  // 80 times 0.3 nm; of it the trapezoid rule over the slopes leaves x/tan(x), x = pi/8. The continuum adds
-  // an amplitude of 1/sqrt(2 strength): three times that.
+  // The line has 80 times 0.3 nm, of which the trapezoid rule over the slopes leaves x/tan(x), x = pi/8. The
+  // continuum adds an amplitude of 1/sqrt(2 strength); we allow three times that.
   EXPECT_NEAR(line.rms / (80 * 0.3e-9 * (EIGEN_PI / 8) / std::tan(EIGEN_PI / 8)), 1,
               3 / std::sqrt(2 * line.strength));
-  // Without the search the line stands in its bin.
+  // Without the search the line stays in its bin.
   PsdEstimatorOptions options = measured.estimator;
   options.find_lines = false;
   const PsdEstimate with_line = estimate_psd(std::get<Profile>(measured.data.front()), options);

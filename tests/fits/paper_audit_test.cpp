@@ -1,5 +1,5 @@
-// Every number, claim and figure of the paper, computed anew and held to what tests/data/paper/numbers.csv
-// says of it; and what `aberfit verify` finds on the paper's scene.
+// Every number, claim and figure of the paper is computed anew and compared with its verdict in
+// tests/data/paper/numbers.csv. The results of `aberfit verify` on the paper's scene are tested, too.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ namespace {
 
 const std::string kFolder = ABERFIT_SOURCE_DIR "/fits/paper-verify/";
 
-// Name -> value of the recomputed arithmetic of the paper (first two columns).
+// Values of the paper's recomputed arithmetic by name (first two columns).
 std::map<std::string, double> golden_arithmetic() {
   std::ifstream file(ABERFIT_TEST_DATA "/golden/arithmetic.csv");
   std::map<std::string, double> values;
@@ -42,7 +42,7 @@ std::map<std::string, double> golden_arithmetic() {
   return values;
 }
 
-// What the study of the paper gives, with its pictures; made once for the suite.
+// Results of the paper's study, with pictures. They are computed once for the suite.
 class PaperAudit : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -106,7 +106,7 @@ TEST_F(PaperAudit, EveryNumberHoldsOrFailsAsTheListSays) {
   }
   EXPECT_EQ(answers_.size(), paper_->numbers.size()) << "two rows with one id";
   EXPECT_EQ(numbers, 195);
-  // Rows without ours are inputs, what is not stated, words and pictures.
+  // Rows without a value of ours are inputs, unstated numbers, words and pictures.
   EXPECT_GE(computed, 110);
   EXPECT_EQ(conditions, int(kPaperConditions.size()));
   for (const auto& [name, formula] : kPaperFormulas)
@@ -158,27 +158,27 @@ TEST_F(PaperAudit, ArithmeticIsTheOneRecomputedElsewhere) {
 }
 
 TEST_F(PaperAudit, ThePapersOwnWaysGiveWhatTheirClosedFormsSay) {
-  // Counts of 0.1 mm samples: 2.9 mm, one sample more or less with the sampling; 0.3 mm exactly.
+  // The paper counts samples of 0.1 mm: 2.9 mm, one sample more or less by sampling; 0.3 mm exactly.
   EXPECT_NEAR(ours("hs-fwhm"), 2.9, 0.101);
   EXPECT_NEAR(ours("ideal-fwhm"), 0.3, 1e-6);
   EXPECT_NEAR(ours("ideal-fwhm-true") / 0.395979797, 1, 0.01);
   EXPECT_LT(ours("ideal-resolution"), 1e-14);
   EXPECT_NEAR(base_surface(study_->mirror, 0.2, 0.0).height, 3.571e-3, 0.5e-6);  // figure 1
-  // The stated sum: 367 rad/m and 4.2 pm in the mean over its modes, of which about 200 carry it.
+  // The sum as stated gives 367 rad/m and 4.2 pm in the mean over its modes, of which about 200 carry it.
   EXPECT_NEAR(ours("sum-gradient-expected"), 367, 0.5);
   EXPECT_NEAR(ours("sum-height") / 4.159e-3, 1, 0.15);
-  // Independent coefficients, the candidate reading: the mean of 200 draws.
+  // The candidate reading has independent coefficients; this is the mean of 200 realisations.
   EXPECT_NEAR(ours("at-ee90-independent") / 54.4, 1, 0.02);
   EXPECT_NEAR(ours("at-fwhm-independent") / 2.56, 1, 0.02);
   EXPECT_NEAR(ours("at-scatter-independent") / 3.18, 1, 0.02);
-  // Deflections as vectors: their z component to the noise of 15,000 rays; their mean is noise.
+  // The z components of the deflections agree within the noise of 15,000 rays; their means are noise.
   const Deflections& d = paper_->deflections;
   EXPECT_NEAR(std::sqrt(d.rms_z * d.rms_z - d.mean_z * d.mean_z) / 6.334e-7, 1, 0.03);
   EXPECT_LT(std::hypot(d.mean_x, d.mean_y, d.mean_z) / d.mean, 4.5 / std::sqrt(15000.0));
 }
 
-// Figures 8a to 8d: as many modes in every equal step of log f and of the angle, so that their density over
-// the plane falls as 1/f^2. Chi squared of 28 x 24 cells, mean 671, standard deviation 37.
+// Figures 8a to 8d have as many modes in every equal step of log f and of the angle, so their density over
+// the plane falls as 1/f^2. Chi squared of 28 x 24 classes has mean 671 and standard deviation 37.
 TEST_F(PaperAudit, ModesOfTheSumAreUniformInLogFrequencyAndAngle) {
   constexpr int kSteps = 28, kAngles = 24;
   std::map<int, int> count;
@@ -219,15 +219,16 @@ TEST_F(PaperAudit, BranchesAreEquivalentByRaysAndInLight) {
   written["provenance"] = result["provenance"];
   EXPECT_EQ(written, result);
   EXPECT_EQ(read_file(folder_->file("out/summary.txt")), text_of(page_of(*report_)));
-  // Theory in closed form against its own rays, and light's theory against waves: within 4.5 standard errors.
+  // The closed theory agrees with its own rays, and generalised Harvey-Shack with waves, within 4.5 standard
+  // errors.
   for (std::size_t k = 0; k < report_->metrics.size(); ++k) {
     const EquivalenceMetric& m = report_->metrics[k];
     EXPECT_NEAR(m.target / report_->theory[k], 1, 4.5 * m.standard_error) << m.name;
     EXPECT_NEAR(m.difference, 0, 4.5 * m.standard_error) << m.name;
     EXPECT_LT(m.standard_error, 0.004) << m.name;  // what makes a margin of 1 % decidable
   }
-  // Intervals of means of 16 groups, one-sided 95 % of Student's t: 1.7531 with 15 degrees of freedom, which
-  // theory in light leaves alone; 1.6973 with 30, of two independent errors that are as large.
+  // Intervals of means of 16 groups, one-sided 95 % of Student's t: 1.7531 with 15 degrees of freedom by wave
+  // optics, where the theory has no error; 1.6973 with 30 for two independent errors of the same size.
   const auto quantile = [](const EquivalenceMetric& m) {
     return (m.interval[1] - m.interval[0]) / 2 / m.standard_error;
   };
@@ -250,7 +251,7 @@ TEST_F(PaperAudit, BranchesAreEquivalentByRaysAndInLight) {
 TEST_F(PaperAudit, EveryFigureThatIsAPictureIsDrawn) {
   for (const std::string& name : verify_picture_names())
     EXPECT_TRUE(std::filesystem::exists(folder_->file("out/plots/" + name + ".gp"))) << name;
-  // The bare mirror, points on it, the cloud of both gradients, and the modes of the sum.
+  // Not drawn are the bare mirror, points on it, the cloud of both gradients, and the modes of the sum.
   const std::set<std::string> undrawn = {"fig-1a", "fig-1b", "fig-2a", "fig-2b", "fig-6",
                                          "fig-8a", "fig-8b", "fig-8c", "fig-8d"};
   std::set<std::string> named;
@@ -276,7 +277,7 @@ class PaperListOnRealData : public RealData {
 };
 }  // namespace
 
-// The list is that of the data that was compiled from the paper, number by number.
+// The list equals, number by number, the data that was compiled from the paper.
 TEST_F(PaperListOnRealData, IsTheCompiledOne) {
   std::map<std::string, PaperNumber> ours;
   for (const PaperNumber& row : paper_numbers()) ours[row.id] = row;

@@ -15,10 +15,10 @@
 #include "aberfit/theory/ray_perturbation.h"
 #include "aberfit/trace/ray_bundle.h"
 
-/// What the paper does in a way of its own, done as it describes it.
+/// The paper's own methods, programmed as it describes them.
 namespace aberfit::test {
 
-/// The numbers of a focus that the paper prints [m], [rad].
+/// The focal numbers that the paper prints [m], [rad].
 struct PaperFocus {
   double ee90 = 0, ring_fwhm = 0, scatter_rms = 0;
 };
@@ -28,7 +28,7 @@ inline PaperFocus paper_focus(const RayBundle& rays, const RayBundle& nominal) {
   return {v[0], v[1], v[2]};
 }
 
-/// The paper's way to a ring FWHM [m]: it counts the planes, 0.1 mm apart, in which the ring holds at least
+/// Ring FWHM by the paper's method [m]: the number of planes, 0.1 mm apart, in which the ring holds at least
 /// half of the largest number of rays.
 inline double counted_ring_width(const RayBundle& rays, double ring_radius) {
   constexpr double kPitch = 1e-4;
@@ -50,7 +50,7 @@ struct PaperSum {
   static constexpr int kModes = 10000;
   std::vector<FourierMode> modes;
   double gradient = 0;           ///< RMS over both axes [rad/m]
-  double expected_gradient = 0;  ///< the same in the mean over the random modes
+  double expected_gradient = 0;  ///< the same as a mean over the random modes
   double height = 0;             ///< RMS of lambda/(4 pi) Phi [m]
   PaperFocus focus;              ///< of rays that turn by lambda/(4 pi) grad Phi
 };
@@ -90,7 +90,7 @@ inline PaperSum paper_sum(const Task& task, const PupilSample& pupil, const RayB
 }
 
 /// The mean focus of 200 surfaces of Zernikes n = 2..8 with independent coefficients of equal variance and
-/// 100 nm RMS in all: a candidate for what the paper's aberration branch is.
+/// 100 nm RMS in all. The paper's aberration branch may be this.
 inline PaperFocus independent_zernikes(const Task& task, int threads) {
   constexpr int kDraws = 200;
   TermSet terms;

@@ -17,13 +17,13 @@
 #include "fits/paper_branches.h"
 #include "fits/paper_numbers.h"
 
-/// What the numbers of the paper are computed by: one function for each name in the column `formula` of
-/// numbers.csv, and one condition for each row that asks for one.
+/// Formulas of the paper: one function for each name in the column `formula` of numbers.csv, and one
+/// condition for each row that needs one.
 namespace aberfit::test {
 
 inline constexpr double kArcsec = std::numbers::pi / 180 / 3600;
 
-/// Everything that the functions look at.
+/// All data that the functions use.
 struct Paper {
   const Study& study;
   const VerifyReport& report;
@@ -87,7 +87,7 @@ struct Paper {
     const GeometricHarveyShack spot(study.mirror, study.aperture, per_axis(), convention, 0);
     return std::sqrt(2 * std::log(10.0)) * spot.focal_sigma();
   }
-  /// Of what the mean of that many rays is uncertain by, three times.
+  /// Three standard errors of a mean over the printed number of rays.
   double three_errors(double rms) const { return 3 * rms / std::sqrt(printed("rays")); }
 
   // The roughness that the paper states, and its formulas for it.
@@ -104,13 +104,13 @@ struct Paper {
   }
 };
 
-/// R = 2 sigma D/(1.22 lambda l_c) of a surface with that correlation length [1].
+/// Ratio R = 2 sigma D/(1.22 lambda l_c) of a surface with that correlation length [1].
 inline double paper_ratio(double sigma, double l_c, double diameter, double wavelength) {
   const double length = 2 * l_c / std::sqrt(std::numbers::pi);  // int exp(-(r/l)^2) dr = sqrt(pi)/2 l
   const RadialPsd psd(GaussianPsd{sigma, length});
   return scene_numbers(psd, Mirror{2.8, -1, {}}, CircleAperture{diameter}, wavelength).paper_ratio_r;
 }
-/// Of a cell of the table, whose id is R-<sigma>nm-<l_c>um-<D>m, at the table's 500 nm.
+/// Ratio R of a table cell with id R-<sigma>nm-<l_c>um-<D>m, at the table's 500 nm.
 inline double ratio_of_cell(const std::string& id) {
   static const std::regex kCell("R-(\\d+)nm-(\\d+)um-([0-9.]+)m");
   std::smatch part;
@@ -308,7 +308,7 @@ inline bool is_one(double ratio, double within) { return std::abs(ratio - 1) < w
 
 using PaperCondition = bool (*)(const Paper&, double ours, double printed);
 
-/// By id; ours and printed in SI.
+/// Conditions by the id of the row; both values in SI units.
 inline const std::map<std::string, PaperCondition> kPaperConditions = {
     {"xi", [](const Paper& p, double ours, double) { return is_one(ours / p.stationary_shape(), 0.05); }},
     {"rule-term-count",
@@ -355,7 +355,7 @@ inline const std::map<std::string, PaperCondition> kPaperConditions = {
      [](const Paper& p, double ours, double) { return is_one(ours / p.printed("hs-deflection-mean"), 0.1); }},
     {"eq-at-surface",
      [](const Paper& p, double ours, double) { return is_one(ours / p.printed("hs-ee90"), 0.1); }},
-    // Differences of the branches against three standard errors of a difference, in rays.
+    // Differences of the branches, compared with three standard errors of a difference of ray statistics.
     {"fwhm-similar",
      [](const Paper& p, double ours, double) { return ours < 3 * 0.01 * p.printed("hs-fwhm"); }},
     {"ee90-difference",

@@ -20,11 +20,11 @@ struct PaperNumber {
   std::string what_it_is;  ///< how the paper defines it
   std::string formula;     ///< name of the function in paper_formulas.h; empty: nothing is computed
   std::string within;      ///< relative tolerance; empty: half of the last printed digit; or "condition"
-  std::string verdict;     ///< the word that the comparison has to lead to
-  std::string picture;     ///< of `aberfit verify`, the one that shows it; may be empty
-  std::string reading;     ///< what holds and what does not
+  std::string verdict;     ///< the verdict that the comparison must reach
+  std::string picture;     ///< the picture of `aberfit verify` that shows it; may be empty
+  std::string reading;     ///< comment: what agrees and what does not
 
-  /// As a number in the printed unit; NaN where the paper prints words.
+  /// The number in the printed unit; NaN if the paper prints words.
   double value() const { return parse_finite(printed).value_or(std::nan("")); }
 };
 
@@ -60,7 +60,7 @@ inline std::vector<PaperNumber> paper_numbers() {
   return rows;
 }
 
-/// Half a unit of the last digit of a number as printed: 0.005e-5 for "1.57e-5". NaN for what is no number.
+/// Half a unit of the last printed digit: 0.005e-5 for "1.57e-5". NaN if the text is no number.
 inline double half_last_digit(const std::string& printed) {
   if (!parse_finite(printed)) return std::nan("");
   const std::size_t mantissa_end = std::min(printed.find_first_of("eE"), printed.size());
@@ -70,8 +70,8 @@ inline double half_last_digit(const std::string& printed) {
   return 0.5 * std::pow(10.0, exponent - decimals);
 }
 
-/// Whether ours [printed unit] agrees with a printed number. A bound that is met to the last bit is met:
-/// numbers of a table are decimal, ours are binary.
+/// Returns whether ours [printed unit] agrees with a printed number. A bound met to the last bit counts as
+/// met, because printed numbers are decimal and ours are binary.
 inline bool agrees(const PaperNumber& row, double ours) {
   const double printed = row.value();
   const double within =

@@ -17,14 +17,14 @@ struct PaperAnswer {
   bool compared = false, holds = false;
 };
 
-/// Everything in fits/paper-verify/README.md that stands behind this line is written by `paper_page`.
+/// `paper_page` writes everything after this line of fits/paper-verify/README.md.
 inline constexpr const char* kPaperPageMark =
     "<!-- tests/fits/paper_audit_test.cpp writes what follows -->\n";
 
 inline std::string with_unit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
 }
-/// Four digits; a length that is nothing but rounding is 0.
+/// Four digits; a length that is only rounding is 0.
 inline std::string four_digits(double value) {
   return std::abs(value) >= 1e4 && std::abs(value) < 1e6 ? fmt::format("{:.0f}", value)
                                                          : fmt::format("{:.4g}", value);
@@ -37,8 +37,8 @@ inline std::string our_cell(const PaperAnswer& answer) {
   return with_unit(four_digits(is_rounding ? 0 : answer.ours), is_long ? "" : answer.number.unit);
 }
 
-/// One table of what is computed and does not simply hold: section, printed, ours and the verdict. Inputs and
-/// what is printed a second time are left out.
+/// The table of numbers that we compute and that do not simply hold: section, printed, ours and the verdict.
+/// Inputs and repeated numbers are left out.
 inline std::string paper_page(const std::vector<PaperAnswer>& answers) {
   std::map<std::string, int> count;
   std::string tally, table = "\n| section | number | printed | ours | verdict |\n|---|---|---|---|---|\n";

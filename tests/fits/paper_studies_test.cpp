@@ -20,8 +20,8 @@ ResultDocument run(const Study& study, int threads = 2) {
   return run_fit(study, options);
 }
 
-// Largest relative differences from the target: on the fit's own rays, on fresh rays, and of what was held
-// out.
+// Largest relative differences from the target on the fit's own rays, on fresh rays, and of held-out
+// statistics.
 struct Worst {
   double fit = 0, fresh = 0, held_out = 0;
 };
@@ -95,8 +95,8 @@ TEST(PaperPhysical, CutToOrder20SaysWhatItLacks) {
   print("paper-physical, n_max 20", result);
   EXPECT_LT(result.fitted.surface.captured_fraction, 0.95);
   EXPECT_TRUE(has_warning(result, "truncated-terms"));
-  // 228 terms carry 88 % of the variance: at the full RMS height the surface is coarser, and its fit costs
-  // more than the full one's.
+  // 228 terms carry 88 % of the variance. At the full RMS height the surface is coarser, and its fit takes
+  // longer than with all terms.
   EXPECT_EQ(result.fitted.terms.size(), 228);
 }
 

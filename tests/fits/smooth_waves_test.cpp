@@ -1,4 +1,4 @@
-// fits/smooth-waves: what its README says of waves, and of rays in their place.
+// Claims of fits/smooth-waves/README.md about waves, and about rays instead of them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,8 +47,8 @@ TEST(SmoothWaves, ForcedToRaysAreDifferentAndSayWhy) {
   const ResultDocument result = run_fit(study, {});
   EXPECT_EQ(result.scene.model, "rays");
   EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged)
-      << result.fitted.fit.message;                           // of what rays can see
-  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);  // of the theory that was named
+      << result.fitted.fit.message;                           // as far as rays see
+  EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent);  // by the theory that was named
   ASSERT_TRUE(result.judgement.light.has_value());
   EXPECT_EQ(result.judgement.light->verdict, Verdict::kDifferent);
   const std::string headline = page_of(result, false).headline;

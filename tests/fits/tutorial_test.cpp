@@ -14,9 +14,8 @@
 #include "study/run_program.h"
 #include "study/scratch_folder.h"
 
-// The pages show commands, and what they print shortened at "...". Here the commands are run, in a folder
-// that holds nothing but the project's fits and examples, and what the pages show has to be in what is
-// printed.
+// The pages show commands and their output, shortened at "...". Here the commands are run in a folder that
+// holds only the project's fits and examples. Their output must contain what the pages show.
 namespace aberfit::test {
 namespace {
 
@@ -44,7 +43,8 @@ std::vector<std::string> words_of(const std::string& text) {
   return {std::istream_iterator<std::string>(stream), {}};
 }
 
-// Equal words, whatever ends a sentence; numbers to 2 % or 0.011, as another processor rounds otherwise.
+// Words must be equal, except at the end of a sentence; numbers agree to 2 % or 0.011, because processors
+// round differently.
 bool alike(std::string shown, std::string printed) {
   for (std::string* word : {&shown, &printed}) word->erase(word->find_last_not_of(",;:.") + 1);
   if (shown == printed) return true;
@@ -58,8 +58,8 @@ bool alike(std::string shown, std::string printed) {
          std::abs(a - b) <= std::max(0.011, 0.02 * std::max(std::abs(a), std::abs(b)));
 }
 
-// The first piece of `shown` (a line, or what stands between the dots of one) that does not follow the pieces
-// before it in `printed`; empty: all are there.
+// The first piece of `shown` (a line, or the text between its dots) that does not follow the earlier pieces
+// in `printed`; empty: all are there.
 std::string missing_piece(const std::string& shown, const std::string& printed) {
   const std::vector<std::string> all = words_of(printed);
   auto at = all.begin();

@@ -1,4 +1,4 @@
-// From coefficients to statistics and back, for a mirror with known Zernikes.
+// Statistics from coefficients and back, for a mirror with known Zernikes.
 #include "aberfit/forward/forward_model.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What libFuzzer calls. One program for all targets: `fuzz --target=NAME [OPTIONS OF LIBFUZZER] FOLDER`;
-// others are `fuzz --list` and `fuzz --target=NAME --write-seeds=FOLDER`.
+// The entry point for libFuzzer. One program has all targets: `fuzz --target=NAME [OPTIONS OF LIBFUZZER]
+// FOLDER`; `fuzz --list` and `fuzz --target=NAME --write-seeds=FOLDER` do not fuzz.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

@@ -14,7 +14,7 @@
 
 namespace aberfit::test {
 
-/// A folder of this process for the files that readers want, in memory where the machine has such a place.
+/// A folder of this process for files that readers need, in memory if the machine has such a place.
 class FuzzFolder {
  public:
   FuzzFolder() {
@@ -43,7 +43,7 @@ class FuzzFolder {
   std::filesystem::path folder_;
 };
 
-/// The one of this process.
+/// The folder of this process.
 inline const FuzzFolder& fuzz_folder() {
   static const FuzzFolder folder;
   return folder;
@@ -59,13 +59,13 @@ inline void require(bool holds, const std::string& promise) {
   if (!holds) throw std::logic_error("does not hold: " + promise);
 }
 
-/// An error says where, what was found and what is allowed.
+/// Requires that an error says place, found and allowed.
 inline void require_whole(const InputError& error) {
   require(!error.file().empty() && !error.found().empty() && !error.allowed().empty(),
           std::string("an error names file, found and allowed: ") + error.what());
 }
 
-/// Calls `read`; an InputError is a good end. Returns whether there was none.
+/// Calls `read`, which may throw an InputError. Returns whether it did not.
 template <class Read>
 bool read_or_refuse(const Read& read) {
   try {

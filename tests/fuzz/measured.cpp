@@ -1,5 +1,5 @@
-// Every format of measured files. Promises besides good errors: a map has no more points than its file can
-// hold, and what is there is finite or NaN.
+// Every format of measured files. Beside good errors the readers promise that a map has no more points than
+// its file can hold, and that values are finite or NaN.
 #include <cmath>
 
 #include "aberfit/measured/clear_aperture.h"
@@ -14,8 +14,8 @@ namespace aberfit::test {
 namespace {
 
 constexpr std::size_t kDeflate = 1032;  // most bytes that deflate makes of one
-// Points in columns x, y, z fill a hundredth of their grid or more, and take 6 bytes or more ("0 0 0" and its
-// end).
+// Points in columns x, y, z fill at least a hundredth of their grid and take at least 6 bytes ("0 0 0" and
+// its end).
 constexpr std::size_t kSparse = 100 / 5;
 
 void require_values(const Measurement& data, std::size_t most) {
@@ -32,7 +32,7 @@ void require_values(const Measurement& data, std::size_t most) {
   }
 }
 
-// As a user would who is told what is missing, and once with all of it.
+// Reads the file as a user would who follows the message about missing facts, and once with all facts given.
 void read_file(const std::string& path, MeasuredFormat format, std::size_t most) {
   detect_format(path);
   MeasuredSource source;
@@ -62,7 +62,7 @@ void read_one_file(MeasuredFormat format, std::string_view bytes) {
   read_file(fuzz_folder().write("input", bytes), format, bytes.size() * points_per_byte);
 }
 
-// Metadata, a zero byte, numbers.
+// The bytes are the metadata, a zero byte, and the numbers.
 void read_dabam_pair(std::string_view bytes) {
   const std::size_t cut = bytes.find('\0');
   const std::string path = fuzz_folder().write("pair.txt", bytes.substr(0, cut));
@@ -159,9 +159,9 @@ std::vector<std::string> codev_seeds() {
 
 std::vector<std::string> fits_seeds() {
   const std::string image = fits_opd_bytes(small_map());
-  std::string integers = image;  // 16 bits with scale and mark: other ways through the reader
+  std::string integers = image;  // 16 bits with scale and blank value: other branches of the reader
   integers.replace(integers.find("-64"), 3, " 16");
-  std::string cube = image;  // of one plane
+  std::string cube = image;  // with a single plane
   cube.replace(cube.find("NAXIS   =                    2"), 30, "NAXIS   =                    3");
   cube.replace(cube.find("EXTEND  =                    T"), 30, "NAXIS3  =                    1");
   return {image, integers, cube, gzip_of(image)};

@@ -1,5 +1,5 @@
-// What a user types after `aberfit psd FILE`: one option a line, "key text", of a profile or, after a first
-// line "map", of a map. Both are small.
+// Fuzzes the options that a user types after `aberfit psd FILE`. Each line is one option, "key text". A first
+// line "map" selects a small map, otherwise a small profile is measured.
 #include "../../src/commands/psd_options.h"
 
 #include <algorithm>
@@ -55,7 +55,7 @@ void read_options(std::string_view bytes) {
     if (key != "further" && key != "file")
       (of_file(key) ? line.psd_of_file : line.psd_of_block).emplace_back(key, value);
   }
-  if (line.measured_files.size() > 4) return;  // each costs its time, and the fifth says nothing new
+  if (line.measured_files.size() > 4) return;  // each takes time, and the fifth adds nothing
   read_or_refuse([&] {
     const MeasuredPsd measured = read_measured(internal::psd_options_block(line), kCommandLine, 1);
     require(measured.estimate.psd.isFinite().all(), "a PSD is finite");

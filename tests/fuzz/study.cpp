@@ -1,4 +1,4 @@
-// Study files. A study that is read, written out with its defaults, is a study that says the same.
+// Study files. A study that was read, written out with its defaults, must be a study with the same meaning.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -12,7 +12,7 @@
 namespace aberfit::test {
 namespace {
 
-// Small files by the names that the studies of fits/ use, so that these are read to their end.
+// Writes small files under the names that the studies of fits/ use, so that these can be read to the end.
 void write_data_of_studies() {
   DabamFile line;
   for (int i = 0; i < 64; ++i)

@@ -1,5 +1,5 @@
-// Tables and results that the program reads: PSDs, coefficients, CODE V listings, light of a focus,
-// records of a sweep.
+// Tables and results that the program reads: PSDs, coefficients, CODE V listings, curves of a focus, records
+// of a sweep.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -49,7 +49,7 @@ void read_coefficients(std::string_view bytes) {
     TermSet terms;
     const Eigen::VectorXd coefficients = read_coefficients_csv(path, &terms);
     require(coefficients.size() == terms.size() && coefficients.allFinite(), "a number for every term");
-    TermSet again;  // what is written of it is the same
+    TermSet again;  // the rewritten terms are the same
     const std::string copy = fuzz_folder().write("again.csv", coefficients_csv(terms, coefficients, {}));
     require((read_coefficients_csv(copy, &again).array() == coefficients.array()).all(),
             "coefficients survive a round trip");
@@ -100,7 +100,7 @@ std::vector<std::string> focus_seeds() {
           "# star\ndiameter [arcsec] ee [%]\n0.2 40\n0.6 81\n", "1;2;3;4\n2;9;8;4\n2;8;9;3\n1;2;nan;1\n"};
 }
 
-// What can be read of a line says the same when it is written again.
+// A record that was read from a line must say the same when it is written again.
 void read_case_record(std::string_view bytes) {
   const std::optional<CaseRecord> record = record_of(std::string(bytes));
   if (!record) return;

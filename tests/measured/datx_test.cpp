@@ -155,7 +155,7 @@ TEST(Datx, LooksAtHeadersBeforeTheLibraryDoes) {
     const std::string path = folder.write("a.datx", bytes);
     const InputError error = refusal([&] { read_datx(map_source(path)); });
     EXPECT_EQ(error.found(), "the end of the file");
-    EXPECT_TRUE(contains(error.allowed(), fmt::format("{} bytes from", claimed))) << error.allowed();
+    EXPECT_TRUE(contains(error.allowed(), fmt::format("{} bytes that begin at", claimed))) << error.allowed();
   };
   const std::string fringes = test::read_file(kFringes), metres = test::read_file(kMetres);
   // Continuations of headers: a message of sixteen bytes with place and length. The third one is not read.

@@ -81,7 +81,7 @@ TEST(OldWindowsNumbers, AreLeftOutByAMask) {
   EXPECT_TRUE(std::isnan(mask(1, 2)) && std::isnan(mask(0, 1)));
 }
 
-// Where no value may be missing, the error gives line and word.
+// A missing value gives an error with line and word if no value may be missing.
 TEST(OldWindowsNumbers, AreToldWhereAHoleIsNotAllowed) {
   const Scratch scratch;
   for (const std::string word : {"1.#QNAN0", "-1.#IND00", "1.#INF"}) {

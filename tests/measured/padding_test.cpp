@@ -79,7 +79,7 @@ TEST(Padding, OfScatteredDropoutsIsFoundToo) {
   EXPECT_GT(found[0].blocks, 0.8 * double(dropped));
 }
 
-// 0 outside a pupil whose own heights are integers of the instrument, including 0.
+// The padding is 0, and heights inside the pupil are integers that include 0.
 TEST(Padding, IsFoundAmongRoundedHeights) {
   for (const double step : {1e-10, 1e-9, 3e-9}) {
     Draws draws(4);

@@ -1,5 +1,5 @@
-// The arrays behind the pictures: what is in them against closed forms and a second way, what is in the files
-// by readers that know the formats alone.
+// The arrays behind the pictures. Their values are compared with closed forms and a second method, and the
+// files with readers that know only the formats.
 #include "aberfit/report/arrays.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using internal::NpyArray;
 using test::NpzReader;
 using test::read_fits_units;
 
-// f/70, where the direction cosines of the rim turn Airy's pattern by 1e-5 of the light.
+// At f/70 the direction cosines of the rim change the Airy pattern by 1e-5 of the energy.
 constexpr double kFocalLength = 28, kRadius = 0.2, kWavelength = 632.8e-9;
 constexpr double kUnit = kWavelength * kFocalLength / (2 * kRadius);  // lambda F [m]
 constexpr double kCutoff = 1 / kUnit;                                 // [cycles/m]
@@ -49,7 +49,7 @@ double circle_mtf(double frequency) {
   return s < 1 ? 2 / std::numbers::pi * (std::acos(s) - s * std::sqrt(1 - s * s)) : 0;
 }
 
-// Light of a round spot inside a square, by the share of each circle that lies in it.
+// Energy of a round spot inside a square, from the fraction of each circle inside the square.
 double share_in_square(double half, const std::function<double(double)>& encircled) {
   constexpr int kSteps = 20000;
   const double last = std::numbers::sqrt2 * half;
@@ -101,7 +101,7 @@ TEST(FocusArrays, OfAPerfectMirrorAreThoseOfAiry) {
   const LightArrays& own = *arrays.surface;
   for (Eigen::Index k = 0; k < arrays.radius.size(); k += 25)
     EXPECT_NEAR(own.encircled_energy(0, k), airy_share(arrays.radius[k]), 2e-5) << arrays.radius[k] / kUnit;
-  // A ring is as wide as 1/500 of the curve, whose irradiance bends by 1e-4 of the peak within it.
+  // A ring has 1/500 of the radius of the curve; within it the irradiance bends by 1e-4 of the peak.
   for (Eigen::Index k = 5; k + 1 < arrays.radius.size(); k += 25)
     EXPECT_NEAR(own.ring_profile(0, k), airy_irradiance(0.5 * (arrays.radius[k] + arrays.radius[k + 1])),
                 1e-4 * airy_irradiance(1e-9))
@@ -109,7 +109,7 @@ TEST(FocusArrays, OfAPerfectMirrorAreThoseOfAiry) {
   const double half = 0.5 * double(arrays.pixel.size()) * (arrays.pixel[1] - arrays.pixel[0]);
   EXPECT_LE(arrays.pixel[1] - arrays.pixel[0], 0.5 * kUnit);
   EXPECT_NEAR(own.psf.sum() * pixel_area(arrays), share_in_square(half, airy_share), 1e-3);
-  // The middle pixel has the peak less its curvature over the pixel.
+  // The middle pixel has the peak irradiance less its curvature over the pixel.
   const Eigen::Index middle = arrays.pixel.size() / 2;
   EXPECT_NEAR(arrays.pixel[middle], 0, 1e-12 * half);
   EXPECT_NEAR(own.psf(middle, middle) / airy_irradiance(1e-9), 1, 0.02);
@@ -129,13 +129,14 @@ TEST(FocusArrays, TheTransferFunctionOfACircleIsGoodmans) {
       const double frequency = otf.step * std::hypot(double(row - otf.middle), double(column - otf.middle));
       worst = std::max(worst, std::abs(otf.value(row, column) - circle_mtf(frequency)));
     }
-  // Edge cells, which the amplitudes take to third order in the pitch: 128 of them across.
+  // The error comes from grid points at the edge, with 128 across; the amplitudes take them to third order in
+  // the pitch.
   EXPECT_LT(worst, 2e-4);
   RecordProperty("worst", std::to_string(worst));
   EXPECT_EQ(otf.value(otf.middle, otf.middle), 1.0);
 }
 
-// A tilted mirror moves the spot to where its rays go: pixels, rows and columns, and the phase of the OTF.
+// A tilted mirror moves the spot to where its rays go, in pixels, rows, columns and the phase of the OTF.
 TEST(FocusArrays, AxesPointWhereRaysGo) {
   for (const int m : {1, -1}) {
     Scene scene, traced(false);
@@ -165,7 +166,7 @@ TEST(FocusArrays, AxesPointWhereRaysGo) {
   }
 }
 
-// The transfer function of an aberrated spot, from pixels of an image a quarter of lambda F apart.
+// The transfer function of an aberrated spot equals that of an image with pixels of a quarter of lambda F.
 TEST(FocusArrays, TheTransferFunctionIsThatOfThePattern) {
   Scene scene;
   scene.set({2, 2}, 60e-9);
@@ -190,7 +191,7 @@ TEST(FocusArrays, TheTransferFunctionIsThatOfThePattern) {
   }
 }
 
-// sigma^2 exp of the autocorrelation of a uniform band, in closed form.
+// The theory is sigma^2 exp of the autocorrelation of a uniform band, in closed form.
 TEST(FocusArrays, OfTheoryAreHarveyShacks) {
   constexpr double rms = 60e-9, low = 5, high = 60;
   const Scene scene;
@@ -220,7 +221,7 @@ TEST(FocusArrays, OfTheoryAreHarveyShacks) {
   EXPECT_NEAR(arrays.theory->psf.sum() * pixel_area(arrays), inside, 1e-3);
 }
 
-// A spot of rays that is exactly Gaussian: Rayleigh's law to the error of 20,000 of them.
+// The spot of rays is exactly Gaussian, so Rayleigh's law holds within the error of 20,000 rays.
 TEST(FocusArrays, OfRaysAreCountedAndHaveNoTransferFunction) {
   const Scene scene(false);
   RayBundle rays = trace_nominal(scene.mirror, scene.pupil);
@@ -256,7 +257,7 @@ TEST(FocusArrays, OfRaysAreCountedAndHaveNoTransferFunction) {
       "arrays/encircled_energy.csv arrays/ring_profile.csv arrays/psf_theory.csv arrays/psf_surface.csv ");
 }
 
-// Made once: a surface by waves beside its theory.
+// A surface by waves and its theory, computed once.
 const FocusArrays& both() {
   static const FocusArrays arrays = [] {
     Scene scene;
@@ -367,7 +368,7 @@ TEST(FocusArrays, NumpyLoadsTheNpz) {
   EXPECT_EQ(count, npz.arrays().size());
 }
 
-// A table as a spreadsheet reads it: comments, names if there are any, numbers.
+// A table as a spreadsheet reads it: comments, column names if there are any, numbers.
 struct Table {
   std::vector<std::string> names;
   std::vector<double> values;
@@ -450,7 +451,8 @@ TEST(FocusArrays, FitsHasTheKeysThatOtherProgramsLookFor) {
   EXPECT_EQ(psf[1].keys.at("EXTNAME"), "THEORY");
 }
 
-// By this program's own readers, as solve.focus takes an image; transfer functions are pixels alone.
+// This program's own readers read the exported FITS files: solve.focus reads the image, and transfer
+// functions are compared pixel by pixel.
 TEST(FocusArrays, FitsIsReadBackAsItWasWritten) {
   const FocusArrays& arrays = both();
   const test::ScratchFolder folder;
@@ -464,8 +466,7 @@ TEST(FocusArrays, FitsIsReadBackAsItWasWritten) {
   EXPECT_TRUE((otf == arrays.surface->otf->value.abs()).all());
 }
 
-// Not the arrays that were written, but the light of the mirror: sum times area is what encircled energies of
-// theory hold in the square.
+// We do not compare with the written arrays, but with the theory: sum times area is the energy in the square.
 TEST(FocusArrays, FitsHoldsTheLightOfItsSquare) {
   const auto psf = read_fits_units(content_of(ArrayFormat::kFits, "psf.fits"));
   const GeneralisedHarveyShack spot(RadialPsd(UniformPsd{40e-9, 5, 20}), Mirror{kFocalLength, -1, {}},

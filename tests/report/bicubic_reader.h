@@ -10,8 +10,8 @@
 
 namespace aberfit::test {
 
-/// A grid sag file read as another program would: from the description of the format alone, nothing shared
-/// with the writer. Lengths [m]; rows as in the file, first row at the highest y.
+/// Reads a grid sag file as another program would, from the description of the format alone. Lengths [m];
+/// rows as in the file, first row at the highest y.
 struct SagFile {
   struct Node {
     double z = 0, zx = 0, zy = 0, zxy = 0;
@@ -67,8 +67,8 @@ struct SagPoint {
 
 enum class Interpolation { kBicubic, kBilinear };
 
-/// The four weights of cubic Hermite interpolation at t in [0, 1] over a cell of width h (value and slope at
-/// the left node, then at the right one), and their derivatives with respect to the coordinate.
+/// The four weights of cubic Hermite interpolation at t in [0, 1] over an interval of width h (value and
+/// slope at the left node, then at the right one), and their derivatives with respect to the coordinate.
 struct HermiteWeights {
   std::array<double, 4> value, slope;
   HermiteWeights(double t, double h)

@@ -55,7 +55,7 @@ TEST(ChartPlots, WriteOnePicturePerFamilyThatHasRows) {
   std::ifstream script(folder.file("out/plots/chart_hand_made.gp"));
   EXPECT_TRUE(script.good());
   EXPECT_FALSE(std::filesystem::exists(folder.file("out/plots/chart_left_out.gp")));
-  // Either it was drawn, or a warning says why not.
+  // The chart is drawn, or a warning gives the reason.
   EXPECT_EQ(drawn.size() + warnings.size(), 1u);
   for (const Warning& warning : warnings)
     EXPECT_NE(warning.message.find("not on PATH"), std::string::npos) << warning.message;

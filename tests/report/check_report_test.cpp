@@ -1,4 +1,4 @@
-// A report of `check` made by hand: the table and the JSON show its numbers, and the same ones.
+// A hand-made report of `check`: the table and the JSON show the same numbers.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -82,7 +82,7 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   EXPECT_EQ(json["scene"]["theory"], "geometric");
   EXPECT_EQ(json["scene"]["model"], "rays");
   EXPECT_NE(table.find("simpler than needed; `fit` will judge by waves"), std::string::npos);
-  CheckReport named = report;  // by the study
+  CheckReport named = report;  // named by the study
   named.light_decides = false;
   const std::string of_named = text_of(page_of(named));
   EXPECT_EQ(of_named.find("will judge by waves"), std::string::npos);

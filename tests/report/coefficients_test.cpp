@@ -27,13 +27,13 @@ class CoefficientsCsv : public ::testing::Test {
   ~CoefficientsCsv() override { std::filesystem::remove(path_); }
 
   void put(const std::string& text) { std::ofstream(path_) << text; }
-  // A file of the usual header and the given rows.
+  // Writes a file with the usual header and the given rows.
   void put_rows(const std::string& rows) {
     const std::string empty = coefficients_csv(TermSet{0.2, {}, {}, {}}, {}, {});
     put(empty + rows);
     first_row_ = 1 + int(std::count(empty.begin(), empty.end(), '\n'));
   }
-  // The error that reading gives, checked to name the file and (unless 0) the row, counted from 1.
+  // The message of the reading error. It must name the file and (unless `row` is 0) the row, counted from 1.
   std::string error(int row) {
     try {
       read_coefficients_csv(path_, &terms_);
@@ -102,7 +102,7 @@ TEST_F(CoefficientsCsv, HasTheErrorsOfSegmentsByTheirNumber) {
   EXPECT_EQ(text.find("\npiston,"), std::string::npos);
   put(text);
   EXPECT_TRUE(same_bits(read_coefficients_csv(path_, &terms), c));
-  TermSet of_study;  // of which nothing is known but its segments
+  TermSet of_study;  // only its segments are known
   of_study.segments = terms.segments;
   EXPECT_TRUE(same_bits(read_coefficients_csv(path_, &of_study), c));
   TermSet without;
@@ -156,7 +156,7 @@ TEST_F(CoefficientsCsv, RejectsTermsTheSetLacks) {
 TEST_F(CoefficientsCsv, RejectsATermThatComesTwice) {
   put_rows("zernike,2,0,4,,,1e-9,\nzernike,2,2,6,,,1e-9,\nzernike,2,0,4,,,2e-9,\n");
   EXPECT_NE(error(3).find("line " + std::to_string(first_row_)), std::string::npos);
-  terms_ = TermSet{};  // also where the file itself is the set
+  terms_ = TermSet{};  // also if the file itself is the set
   EXPECT_NE(error(3).find("once"), std::string::npos);
 }
 

@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-// Every description of a member below `schema`.
+// Visits the description of every member below `schema`.
 void visit_members(const Json& schema, const std::function<void(const std::string&, const Json&)>& see) {
   const Json members = schema.value("properties", Json::object());
   for (const auto& [key, member] : members.items()) {

@@ -51,7 +51,7 @@ struct Part {
   std::string text(ExportFormat format, int grid_size = 257) const {
     return export_file(format, input(grid_size)).second;
   }
-  // Mode by mode, with none of the fast kernels.
+  // Height mode by mode, without the fast kernels.
   double height(double x, double y) const {
     double h = 0;
     for (std::size_t i = 0; i < terms.zernike.size(); ++i)
@@ -66,7 +66,7 @@ struct Part {
   }
 };
 
-// Without any symmetry: tilt towards +x+y, coma along x with a sine trefoil, a wave.
+// A part without any symmetry: tilt towards +x+y, coma along x with a sine trefoil, a plane wave.
 Part asymmetric(Aperture aperture, double offset = 0) {
   Part part(std::move(aperture), {{0, 0}, {1, -1}, {1, 1}, {3, 1}, {3, -3}});
   part.terms.fourier = {{11, -7}};
@@ -84,7 +84,7 @@ const std::map<std::string, Aperture>& apertures() {
   return all;
 }
 
-// Surely inside (1 nm from every edge) and surely outside; on the rim itself rounding decides.
+// Clearly inside or outside, by 1 nm from every edge; on the rim itself rounding decides.
 bool surely_inside(const Aperture& aperture, double x, double y) {
   return aperture_contains(aperture, x, y, 1e-9);
 }
@@ -102,7 +102,7 @@ std::array<double, 3> square_of(const std::string& name) {
   return {0, 0, 0.4};
 }
 
-// What a fit works with: a draw of n <= 20 from the PSD of the paper's stand-in scene.
+// A surface as a fit gives it: a realisation with n <= 20 from the PSD of the paper's stand-in scene.
 Part fit_like_draw() {
   Part part(CircleAperture{0.4, 0}, zernike_modes(2, 20));
   const CoefficientPrior prior =
@@ -111,7 +111,7 @@ Part fit_like_draw() {
   return part;
 }
 
-// Waves of the band that the paper's convention needs, to 39.9 /m.
+// Plane waves up to 39.9 /m, the band that the paper's convention needs.
 Part waves() {
   Part part(CircleAperture{0.4, 0}, {});
   const RadialPsd psd(UniformPsd{100e-9, 2.5, 39.92});
@@ -129,7 +129,7 @@ Part low_orders() {
   return part;
 }
 
-// The surface at points, by the operator or out of a file.
+// The surface at points, by the operator or from a file.
 SurfaceField field_of(const Part& part, const PupilSample& pupil) {
   SurfaceField field;
   SurfaceOperator(part.terms, pupil.x, pupil.y).apply(part.coefficients, &field);
@@ -181,8 +181,8 @@ TEST(SampleSurface, CoversTheSquareAroundTheAperture) {
 }
 
 TEST(SampleSurface, HoldsHeightSlopesAndCrossDerivativeOfTheSurface) {
-  // Central differences of the plain twin; steps of 1e-4 (1e-3) of the radius: error u^2/6 of a slope (u^2/3
-  // of the cross derivative), u = 2 pi 13 /m times the step, and rounding below that.
+  // Central differences of the plain implementation with steps of 1e-4 (1e-3) of the radius. The error is
+  // u^2/6 of a slope (u^2/3 of the cross derivative), u = 2 pi 13 /m times the step, with smaller rounding.
   constexpr double kStep = 2e-5, kCrossStep = 2e-4;
   for (const auto& [name, aperture] : apertures()) {
     SCOPED_TRACE(name);
@@ -232,7 +232,7 @@ TEST(SampleSurface, EveryCellOfTheApertureHasFourCornersAndLittleElseHasAny) {
 }
 
 TEST(SampleSurface, LeavesOutWhatBlowsUpBeyondTheRim) {
-  // rho^300 two cells of a coarse grid beyond the rim: 1.2^300 = 1e24 times the rim's value.
+  // Two grid steps beyond the rim of a coarse grid, rho^300 is 1.2^300 = 1e24 times its value at the rim.
   Part part(CircleAperture{0.4, 0}, {{300, 300}});
   part.coefficients << 1e-9;
   const GridSag sag = sample_surface(part.input(17));
@@ -276,8 +276,8 @@ TEST(ExportedGridSag, StandsUprightWithHolesAndOffset) {
 
 TEST(ExportedGridSag, BicubicReaderFindsTheSurface) {
   constexpr double kOfRms = 1e-4;  // RMS error over RMS height, n <= 20 at 257 points; largest seen 4.2e-5
-  // The largest error sits in the outermost cells: pitch^4 / 384 times the fourth derivative, which a pure
-  // Z_20^0 of unit RMS brings to sqrt(21) 256 P_10''''(1) = 3.7e8 at the rim. Seen 9e-4.
+  // The largest error is at the outermost points: pitch^4 / 384 times the fourth derivative. For a pure
+  // Z_20^0 of unit RMS that is sqrt(21) 256 P_10''''(1) = 3.7e8 at the rim. Seen 9e-4.
   constexpr double kLargest = 3.6e-3;
   for (const Part& part : {fit_like_draw(), low_orders(), waves()}) {
     const SagFile file = parse_sag_file(part.text(ExportFormat::kZemaxGridSag));
@@ -309,8 +309,8 @@ TEST(ExportedGridSag, TracesLikeTheTermsWhenReadWithItsDerivatives) {
 }
 
 TEST(ExportedGridSag, MisleadsRaysWhenReadWithoutItsDerivatives) {
-  // Between the nodes of a bilinear grid the normals jump: its slope error falls with the pitch, not with the
-  // cube of it, and the spot is wrong where the picture of the surface still looks right.
+  // Between the nodes of a bilinear grid the normals jump. Its slope error falls with the pitch, not with its
+  // cube, so the spot is wrong although the surface looks right.
   constexpr double kEe90 = 1e-3;  // what the bicubic reader keeps
   const Part part = fit_like_draw();
   const PupilSample pupil = make_pupil(part.aperture, {PupilLayout::kPolar, 65536, 1});

@@ -9,8 +9,8 @@
 
 namespace aberfit::test {
 
-/// One image of a FITS file, from the standard alone: cards of 80 characters in blocks of 2880, big-endian
-/// doubles, the first axis fastest.
+/// One image of a FITS file, read from the standard alone: cards of 80 characters in blocks of 2880,
+/// big-endian doubles, the first axis fastest.
 struct FitsUnitRead {
   std::map<std::string, std::string> keys;  ///< values without quotes and padding
   std::size_t columns = 0, rows = 1;

@@ -1,5 +1,5 @@
-// Light for the pictures, against closed forms and against itself: an image must hold the light that the
-// encircled energy says it holds.
+// Irradiance for the pictures, against closed forms and against itself: an image must hold the encircled
+// energy.
 #include "aberfit/report/focal_light.h"
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ double airy_share(double radius) {
 
 Eigen::ArrayXd airy_shares(const Eigen::ArrayXd& radii) { return radii.unaryExpr(&airy_share); }
 
-// Light of an image inside a circle about its centre; pixels on the edge by the share of 8 x 8 points, as if
-// each were evenly lit: some 0.2 % of all light where the pattern falls steeply.
+// Energy of an image inside a circle about its centre. Pixels on the edge count by the fraction of 8 x 8
+// points inside, as if evenly lit; the error is 0.2 % of the energy where the pattern is steep.
 double within(const Eigen::ArrayXXd& image, double half_width, double radius) {
   const Eigen::Index pixels = image.rows();
   const double pixel = 2 * half_width / double(pixels);
@@ -73,13 +73,14 @@ TEST(RoundImage, OfTheAiryPatternHoldsItsLight) {
   const Eigen::ArrayXXd image = round_image(airy_shares, half, 129);
   for (const double radius : {1.0, 2.0, 4.0, 5.9})
     EXPECT_NEAR(within(image, half, radius * kAiryUnit), airy_share(radius * kAiryUnit), 2e-3) << radius;
-  // Mean irradiance of the middle pixel's circle: pi/4 (1 - z^2/4 ...) of lambda F squared at the peak.
+  // The middle pixel has the mean irradiance of a circle of its area: pi/4 (1 - z^2/4 ...) of lambda F
+  // squared at the peak.
   const double pixel = 2 * half / 129;
   EXPECT_NEAR(image(64, 64), std::numbers::pi / 4 * std::pow(pixel / kAiryUnit, 2), 0.01 * image(64, 64));
   EXPECT_TRUE((image - image.transpose()).isZero(1e-15) && (image - image.colwise().reverse()).isZero(1e-15));
 }
 
-// At f/7 the direction cosines of the rim turn Airy's pattern by 1e-3 of the light; at f/70 by 1e-5 of it.
+// At f/7 the direction cosines of the rim change the Airy pattern by 1e-3 of the energy; at f/70 by 1e-5.
 TEST(FocalLight, OfAPerfectMirrorIsTheAiryPattern) {
   constexpr double kLonger = 10, kUnit = kLonger * kAiryUnit, half = 6 * kUnit;
   const Eigen::ArrayXd radii = Eigen::ArrayXd::LinSpaced(25, 0, half);
@@ -92,7 +93,7 @@ TEST(FocalLight, OfAPerfectMirrorIsTheAiryPattern) {
   EXPECT_TRUE(std::isinf(light->sample_size()));
 }
 
-// Two ways to the same light: the energy in circles by the transfer function, and the pixels of an image.
+// Two methods must give the same energy: circles by the transfer function, and pixels of an image.
 TEST(FocalLight, ImagesHoldTheLightOfTheirCircles) {
   for (const FocusModel model : {FocusModel::kRays, FocusModel::kWaves}) {
     TermScene rough(model);
@@ -104,7 +105,7 @@ TEST(FocalLight, ImagesHoldTheLightOfTheirCircles) {
       const Eigen::ArrayXXd image = light->image(dz, half, 201);
       for (const double radius : {0.2 * half, 0.5 * half, 0.9 * half}) {
         const double share = light->ring_through(radius, Eigen::ArrayXd::Constant(1, dz))[0];
-        // Rays are smeared over pixels, waves near the edge of their field of view fold a little.
+        // Rays are smeared over pixels, and waves fold a little at the edge of their field of view.
         EXPECT_NEAR(within(image, half, radius), share, 0.01)
             << to_string(model) << ' ' << dz << ' ' << radius;
       }
@@ -128,7 +129,7 @@ TEST(FocalLight, CurvesMeetTheStatistics) {
   }
 }
 
-// 24 cycles across, of which the cells see 20.
+// The roughness has 24 cycles across, of which the grid resolves 20.
 TEST(FocalLight, CurvesOfManyPlanesHaveTheHaloOfEach) {
   const Mirror parabola{1.6, -1, {}};
   const Aperture circle = CircleAperture{0.2, 0};
@@ -152,7 +153,7 @@ TEST(FocalLight, CurvesOfManyPlanesHaveTheHaloOfEach) {
   const double off = (curve(some) - single).abs().maxCoeff();
   RecordProperty("off", std::to_string(off));
   EXPECT_LT(off, 1e-9);
-  // Planes whose phases the cells cannot follow leave the others their light.
+  // Planes whose phase the grid cannot resolve do not disturb the others.
   path.aliased_limit = 1e-3;
   const auto strict = surface_light(path, coefficients, 2);
   const Eigen::ArrayXd wide = strict->ring_through(ring, 10 * planes);
@@ -160,13 +161,13 @@ TEST(FocalLight, CurvesOfManyPlanesHaveTheHaloOfEach) {
   for (const Eigen::Index k : {40, 41})
     EXPECT_NEAR(wide[k], strict->ring_through(ring, Eigen::ArrayXd::Constant(1, 10 * planes[k]))[0], 1e-4)
         << k;
-  // The width that is printed beside it.
+  // The curve must have the printed width.
   const double above = double((curve >= 0.5 * curve.maxCoeff()).count()) * 2 * width / 80;
   EXPECT_NEAR(above / width, 1, 0.02);
 }
 
-// Of a wide spot of which the cells see a tenth, a third, or all: pixels hold what circles do, in the field
-// of view and beyond it.
+// A wide spot, of which the grid points see a tenth, a third, or all. Its pixels hold the same energy as
+// circles, inside and outside the field of view.
 TEST(FocalLight, ImagesHoldTheLightOfTheirCirclesBeyondTheFieldOfView) {
   const Mirror parabola{1.6, -1, {}};
   const Aperture circle = CircleAperture{0.2, 0};

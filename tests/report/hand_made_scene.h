@@ -3,7 +3,7 @@
 
 namespace aberfit::test {
 
-/// A smooth mirror on which targets and surface are rays, while waves are needed. The numbers are those of no
+/// A smooth mirror whose targets and surface are by rays, although waves are needed. The numbers belong to no
 /// scene.
 inline SceneFacts scene_of_waves() {
   SceneFacts facts;

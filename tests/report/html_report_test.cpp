@@ -15,8 +15,8 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-// What a browser would fetch for a page: whatever stands in src, href, url() or @import, and is neither in
-// the page nor its data. Scripts count, as they may fetch anything.
+// Addresses that a browser would fetch for a page: those in src, href, url() or @import, unless they are data
+// or a place in the page. Scripts count, because they may fetch anything.
 std::vector<std::string> fetched_by(const std::string& html) {
   std::vector<std::string> found;
   static const std::regex kReference(

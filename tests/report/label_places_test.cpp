@@ -15,7 +15,7 @@ TEST(LabelPlaces, KeepLabelsApartAndOffPointsAndInsideTheFrame) {
   const PixelBox point{195, 205, 145, 155};
   places.block(point);
   std::vector<PixelBox> labels;
-  // Letters are at least 7 pixels wide and 13 high: what a reader sees of "65k".
+  // Letters are at least 7 pixels wide and 13 high; this is the box of "65k".
   for (int k = 0; k < 12; ++k) {
     const auto place = places.put(200, 150, 5, "65k");
     if (!place) continue;

@@ -7,8 +7,8 @@
 
 namespace aberfit::test {
 
-/// A listing of Zernike Standard coefficients read as another program would: from the description of the
-/// format alone, nothing shared with the writer.
+/// Reads a listing of Zernike Standard coefficients as another program would, from the description of the
+/// format alone.
 struct ZernikeListing {
   double wavelength = 0, radius = 0;     ///< [m]
   std::vector<double> waves;             ///< by Noll index from 1

@@ -9,14 +9,14 @@
 
 namespace aberfit::test {
 
-/// What numpy.load makes of a member.
+/// An array as numpy.load reads it from a member of the archive.
 struct LoadedArray {
   std::vector<std::size_t> shape;
   std::vector<double> values;
 };
 
-/// A reader of stored zip archives of .npy members from the descriptions of the formats alone (PKWARE's
-/// APPNOTE.TXT 4.3, numpy.lib.format): from the end to the directory, from there to each member.
+/// Reads stored zip archives of .npy members from the descriptions of the formats alone (PKWARE's APPNOTE.TXT
+/// 4.3, numpy.lib.format): from the end to the directory, from there to each member.
 class NpzReader {
  public:
   explicit NpzReader(std::string bytes) : bytes_(std::move(bytes)) {
@@ -39,7 +39,7 @@ class NpzReader {
     for (std::size_t k = width; k-- > 0;) value = value << 8 | std::uint8_t(bytes_.at(at + k));
     return value;
   }
-  // Bit by bit, as the polynomial is written.
+  // CRC bit by bit, from its polynomial.
   static std::uint32_t crc(const std::string& text) {
     std::uint32_t value = 0xFFFFFFFFu;
     for (const char c : text)

@@ -10,7 +10,7 @@ namespace {
 
 Page sample() {
   Page page;
-  page.headline = "EQUIVALENT in light";
+  page.headline = "EQUIVALENT by wave optics";
   page.tone = Page::Tone::kGood;
   page.advice = {"Take the terms."};
   page.title = "A mirror";
@@ -29,7 +29,7 @@ Page sample() {
 
 TEST(Page, IsTextWithColumnsThatLineUp) {
   EXPECT_EQ(text_of(sample(), {40, false}),
-            "EQUIVALENT in light\nTake the terms.\n----------------------------------------\n"
+            "EQUIVALENT by wave optics\nTake the terms.\n----------------------------------------\n"
             "Study     A mirror\nScene     a circle\n\nValues\n"
             "  name     value\n  ee50  1.000 um\nIn other planes\n  a|b   12.00 um\n\n"
             "For a study:\n{\"psd\": 1}\n\nWARNING   [unusual] too large\n");

@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Exceeded by the curve of N random points once in 1e6 experiments: Dvoretzky-Kiefer-Wolfowitz bound with
-// Massart's constant, sup |F_N - F| <= sqrt(ln(2 / alpha) / (2 N)).
+// Distance that the curve of N random points exceeds once in 1e6 experiments. Dvoretzky-Kiefer-Wolfowitz
+// bound with Massart's constant: sup |F_N - F| <= sqrt(ln(2 / alpha) / (2 N)).
 double dkw(Eigen::Index count) { return std::sqrt(std::log(2 / 1e-6) / (2.0 * double(count))); }
 constexpr double kPrinted = 1e-8;     // relative rounding of a column of nine digits
 constexpr double kPrintedMap = 1e-5;  // and of a map of six
@@ -70,8 +70,8 @@ const std::vector<std::string> kNames = {"specified_psd", "ee_curves", "ring_thr
                                          "bsdf",          "surface",   "profile",      "gradients",
                                          "coefficients",  "character"};
 
-// Surface error of the scene, written anew from the definitions: Zernikes by their explicit low-order
-// polynomials would be long, so the truth scene of the maps has waves and spherical terms only.
+// Surface error of the scene, written anew. The truth scene of the maps has only waves and spherical terms,
+// because explicit polynomials of Zernikes would be long.
 struct Truth {
   const TermSet& terms;
   const Eigen::VectorXd& c;
@@ -179,15 +179,15 @@ TEST_F(Pictures, RingThroughOfTheIdealParabolaIsItsGeometry) {
   std::smatch found;
   ASSERT_TRUE(std::regex_search(header, found, std::regex("ring of radius ([^ ]+) m")));
   const double ring = std::stod(found[1]), f = PlotScene::kFocalLength, radius = PlotScene::kRadius;
-  // 2.146 sigma: ee90 of a Gaussian; its sampling error is that of the share, 5 sqrt(0.09/N), over the
+  // ee90 of a Gaussian is 2.146 sigma. Its sampling error is that of the fraction, 5 sqrt(0.09/N), over the
   // density at ee90.
   const double share_error = 5 * std::sqrt(0.09 / double(scene()->target.size()));
   EXPECT_NEAR(ring / (2.14596603 * scene()->focal_sigma), 1.0, share_error / (0.1 * 2.14596603 * 2.14596603));
   const auto table = rows(file("ring_through.dat"));
   double flank = 0;
   for (const auto& row : table) {
-    // A ray from rho crosses plane dz at dz (rho/f)/(1 - (rho/2f)^2): uniform points inside the rho whose
-    // crossing is the ring.
+    // A ray from rho crosses plane dz at dz (rho/f)/(1 - (rho/2f)^2). The fraction is that of uniform points
+    // inside the rho whose crossing is the ring.
     const double t = row[0] == 0 ? HUGE_VAL : ring / std::abs(row[0]);
     const double rho = std::isinf(t) ? HUGE_VAL : 2 * f * (std::sqrt(1 + t * t) - 1) / t;
     const double expected = std::min(1.0, std::pow(rho / radius, 2));
@@ -203,8 +203,7 @@ TEST_F(Pictures, RingThroughOfTheIdealParabolaIsItsGeometry) {
   EXPECT_LT(table.back()[1], 0.1);
 }
 
-// A mean of light knows no plane behind the mirror, and rings of widely scattered light would be followed to
-// there.
+// The mean irradiance has no plane behind the mirror, but rings of widely scattered light would reach it.
 TEST(PicturesOfWideScatter, EndInFrontOfTheMirror) {
   PlotScene wide(CircleAperture{2 * PlotScene::kRadius, 0}, 2000);
   const double spread = 0.5 * PlotScene::kFocalLength / wide.focal_sigma;
@@ -229,7 +228,8 @@ TEST(PicturesOfWideScatter, EndInFrontOfTheMirror) {
   }
 }
 
-// Light that cells follow to a plane, where it has not fallen to half: no width is looked for beyond.
+// The grid resolves planes up to one where the irradiance has not fallen to half. No width is searched
+// beyond.
 TEST(PicturesOfWideScatter, EndWhereTheCellsDo) {
   class FewCells : public FocalLight {
    public:
@@ -274,7 +274,7 @@ TEST(PicturesOfWideScatter, EndWhereTheCellsDo) {
     EXPECT_EQ(ring.values.find("fitted surface: FWHM beyond these planes") == std::string::npos,
               farthest > 0.5 * width);
   }
-  // Side planes of the images, two units out where all is seen.
+  // The images have side planes; two units out all light is seen.
   FewCells fitted(*traced);
   fitted.farthest = 0.5 * PlotScene::kFocalLength * scene.focal_sigma / PlotScene::kRadius;
   const FitPictures input = scene.shown(*ideal, target.get(), fitted);
@@ -295,7 +295,7 @@ TEST_F(Pictures, RingThroughAgreesWithCountingPlaneByPlane) {
     const double dz = table[k][0];
     const Eigen::ArrayXd distance =
         ((rays.x + dz * rays.tx).square() + (rays.y + dz * rays.ty).square()).sqrt();
-    // Nine printed digits of ring and plane may move single rays across the edge.
+    // Ring and plane have nine printed digits, which may move single rays across the edge.
     const double slack = 1e-7 * ring;
     EXPECT_GE(table[k][3], (rays.weight * (distance <= ring - slack).cast<double>()).sum() - kPrinted);
     EXPECT_LE(table[k][3], (rays.weight * (distance <= ring + slack).cast<double>()).sum() + kPrinted);
@@ -318,12 +318,12 @@ TEST_F(Pictures, FocalImagesHoldTheLightOfTheirWindow) {
     }
     return std::array{sum, x / sum, y / sum};
   };
-  // Five sigma hold all of the Gaussian but 4e-6 of it and the pixels' rim.
+  // Five sigma hold all of the Gaussian except 4e-6 and the rim of the pixels.
   EXPECT_NEAR(sum_and_mean("focal_images_target_focus.dat")[0], 1.0, 1e-4 + 129 * 129 * 1e-11);
   EXPECT_NEAR(sum_and_mean("focal_images_ideal_before.dat")[0], 1.0, 1e-4);
   const auto focus = rows(file("focal_images_ideal_focus.dat"));
   EXPECT_NEAR(focus[64][64], 1.0, 1e-5);  // one point in the middle pixel
-  // Bilinear shares keep the centroid: that of the fitted rays in units of pixels.
+  // Bilinear weights keep the centroid, that of the fitted rays in units of pixels.
   const double pixel = 10 * scene()->focal_sigma / 129;
   const RayBundle& rays = scene()->fitted;
   const auto fitted = sum_and_mean("focal_images_fitted_focus.dat");
@@ -392,7 +392,7 @@ TEST_F(Pictures, EveryDataFileSaysWhatItHoldsAndInWhichUnit) {
   EXPECT_EQ(files, 2 + 2 + 1 + 9 + 1 + 1 + 1 + 2 + 4 + 2);
 }
 
-// A folder that was moved draws again with nothing but gnuplot, in each format.
+// After the folder has moved, gnuplot alone can draw the pictures again, in each format.
 TEST_F(Pictures, ScriptsDrawAgainInEachFormatWhereverTheFolderIs) {
   const std::string gnuplot = internal::find_gnuplot();
   if (gnuplot.empty()) GTEST_SKIP() << "no gnuplot";
@@ -430,7 +430,7 @@ TEST_F(Pictures, AreThereWithWhatADocumentSaysOfThem) {
       EXPECT_TRUE(text.substr(text.size() - 8, 4) == "IEND") << picture.name;  // whole
       continue;
     }
-    // A document takes it in as it is: small, nothing that runs, nothing from elsewhere, words as words.
+    // The picture can stand in a document: it is small, runs nothing, loads nothing, and its words are text.
     EXPECT_LT(text.size(), 150000u) << picture.name;
     EXPECT_EQ(text.find("<script"), std::string::npos) << picture.name;
     EXPECT_FALSE(std::regex_search(text, std::regex("href=.[^#]"))) << picture.name;
@@ -487,7 +487,7 @@ TEST_F(Pictures, TitleOfTheStudyIsTextAndNeverACommand) {
 }
 
 TEST_F(Pictures, SpecifiedPsdAndScatterAreThoseOfTheModel) {
-  // sigma^2 over the area of the band; one scattering, exp(-g^2) 16 pi^2 S/lambda^4.
+  // S is sigma^2 over the area of the band; single scattering gives exp(-g^2) 16 pi^2 S/lambda^4.
   const double sigma = 3e-9, low = 2.5, high = 1000, pi = std::numbers::pi, lambda = PlotScene::kWavelength;
   const double level = sigma * sigma / (pi * (high * high - low * low));
   for (const auto& row : rows(file("specified_psd.dat"))) EXPECT_NEAR(row[1] / level, 1, kPrinted) << row[0];
@@ -501,7 +501,7 @@ TEST_F(Pictures, SpecifiedPsdAndScatterAreThoseOfTheModel) {
     const double f = std::sin(row[0]) / lambda;
     if (f < 1.01 * low || f > 0.99 * high) continue;
     ++inside;
-    // Higher orders add their share of g^2/2, up to twice of it in the middle.
+    // Higher orders add g^2/2 of it, up to twice as much in the middle.
     EXPECT_NEAR(row[1] / (std::exp(-g2) * k2 * level / (lambda * lambda)), 1, g2) << f;
   }
   EXPECT_GT(inside, 20);
@@ -509,7 +509,7 @@ TEST_F(Pictures, SpecifiedPsdAndScatterAreThoseOfTheModel) {
 
 namespace {
 
-// Light of which only the transfer function is known: that of a perfect circle times `modulus` of direction.
+// A PSF known only by its transfer function, which is that of a perfect circle times `modulus` of direction.
 class KnownTransfer : public FocalLight {
  public:
   KnownTransfer(double cutoff, double ripple) : cutoff_(cutoff), ripple_(ripple) {}
@@ -556,8 +556,8 @@ TEST_F(Pictures, ModulationTransferIsTheModulusOverDirections) {
     double f, of_ideal, of_target, mean, least, most;
     std::istringstream(line) >> f >> of_ideal >> of_target >> mean >> least >> most;
     const double circle = KnownTransfer::circle(f / cutoff);
-    // A ring of lags half a lag to either side: 1/512 of the cut-off, over which the function changes by 4/pi
-    // of that; the first rings have few lags.
+    // The ring of lags extends half a lag to either side, 1/512 of the cut-off, over which the function
+    // changes by 4/pi of that. The first rings have few lags.
     const double ring = 1.3 / 512;
     EXPECT_NEAR(of_ideal, circle, ring) << f;
     EXPECT_NEAR(of_target, 0.5 * circle, kPrinted) << f;
@@ -572,7 +572,7 @@ TEST_F(Pictures, ModulationTransferIsTheModulusOverDirections) {
 TEST_F(Pictures, SurfaceMapAndCutsShowTheSurfaceAndNothingOutsideTheAperture) {
   PlotScene annulus(AnnulusAperture{2 * PlotScene::kRadius, 0.1, 0}, 2000);
   const fs::path folder = root() / "annulus";
-  // Waves and spherical terms only, whose truth is short to write.
+  // The truth has waves and spherical terms only, which are short to write.
   annulus.result.fitted.fit.coefficients.head(annulus.result.fitted.terms.fourier_begin()).setZero();
   const TermSet truth_terms{
       PlotScene::kRadius, {}, annulus.result.fitted.terms.fourier, annulus.result.fitted.terms.spherical};

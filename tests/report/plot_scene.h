@@ -44,8 +44,8 @@ struct PlotScene {
     result.scene.numbers.rms_slope_per_axis = slope;
     ideal = trace_nominal(mirror, pupil);
     fitted = trace(mirror, pupil, field);
-    // Exactly Gaussian at z = f, so that its encircled energy is Rayleigh's law; off focus the geometry is
-    // the ideal mirror's.
+    // The spot is exactly Gaussian at z = f, so its encircled energy is Rayleigh's law. Out of focus it has
+    // the geometry of the ideal mirror.
     target = ideal;
     const RandomStream spot(5, "plot-scene-target");
     for (Eigen::Index i = 0; i < target.size(); ++i) {

@@ -1,4 +1,4 @@
-// A folder of results is one run's, whole, whatever happens to the runs that write there.
+// A folder of results holds all files of one run, whatever happens to the runs that write there.
 #include "aberfit/report/result_folder.h"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ std::set<std::string> visible(const std::string& folder) {
   return names;
 }
 
-// The number of the run whose files are there, all of them; -1 where they are of several or some are missing.
+// The number of the run if all its files are there; -1 if they are of several runs or some are missing.
 int whole_run(const std::string& folder) {
   std::set<std::string> numbers;
   for (const std::string& file : visible(folder)) numbers.insert(read_file(folder + "/" + file));
@@ -110,7 +110,7 @@ TEST(ResultFolder, IsRefusedToASecondRunWhileTheFirstLasts) {
     } catch (const InputError& error) {
       EXPECT_NE(std::string(error.what()).find("another run"), std::string::npos) << error.what();
     }
-    // The refused one has not taken the first one's place away.
+    // The refused run has not removed the first one's folder.
     EXPECT_TRUE(fs::exists(first.path()));
   }
   run(out, 1);
@@ -154,7 +154,7 @@ TEST(ResultFolder, OfAFullDiskIsWhatItWas) {
   EXPECT_EQ(whole_run(out), 1);
 }
 
-// Where folders cannot change places.
+// Two folders cannot change places if one is the working folder.
 TEST(ResultFolder, ThatIsTheWorkingFolderStaysTheSameFolder) {
   ScratchFolder scratch;
   const std::string out = scratch.file("out");
@@ -168,7 +168,7 @@ TEST(ResultFolder, ThatIsTheWorkingFolderStaysTheSameFolder) {
   EXPECT_EQ(whole_run(out), 2);
 }
 
-// A folder of folders: other results in it are neither linked nor moved, and a run that writes there goes on.
+// Other results in subfolders are neither linked nor moved, and a run that writes there continues.
 TEST(ResultFolder, LeavesFoldersInItAlone) {
   ScratchFolder scratch;
   const std::string out = scratch.file("out");
@@ -183,7 +183,7 @@ TEST(ResultFolder, LeavesFoldersInItAlone) {
   EXPECT_EQ(read_file(out + "/other/more"), "3");
 }
 
-// A list of files from elsewhere removes nothing outside.
+// A list of files that was changed by others removes nothing outside the folder.
 TEST(ResultFolder, TakesNoNamesThatLeadOutOfIt) {
   ScratchFolder scratch;
   const std::string out = scratch.file("out");
@@ -222,7 +222,7 @@ TEST(ResultFolder, IsRefusedWhereAnotherCommandOrPersonHasWrittenAndSaysWhat) {
   scratch.write("out/plots/file-x", "mine");
   EXPECT_NE(refusal(out, claim()).find("plots/file-x"), std::string::npos);
   fs::remove_all(out + "/plots");
-  scratch.write("out/plots", "mine");  // where a folder has to be
+  scratch.write("out/plots", "mine");  // a folder is needed here
   EXPECT_NE(refusal(out, claim()).find("plots (not written by"), std::string::npos);
   fs::remove(out + "/result.json");
   fs::create_directories(out + "/result.json");
@@ -230,7 +230,7 @@ TEST(ResultFolder, IsRefusedWhereAnotherCommandOrPersonHasWrittenAndSaysWhat) {
   EXPECT_NE(refusal(out, claim("fit", true)).find("result.json"), std::string::npos);
 }
 
-// What stands in the way goes, in words; what does not stays, whoever's it is.
+// --force replaces the files that are in the way and names them. All other files stay, whoever wrote them.
 TEST(ResultFolder, ReplacesByForceWhatIsInTheWayAndNothingElse) {
   for (const bool with_folder : {false, true}) {  // all at once, file by file
     ScratchFolder scratch;
@@ -250,7 +250,7 @@ TEST(ResultFolder, ReplacesByForceWhatIsInTheWayAndNothingElse) {
     EXPECT_NE(told.find("file-4 (not written by"), std::string::npos) << told;
     EXPECT_NE(told.find("of `aberfit fit`"), std::string::npos) << told;
     told.clear();
-    run(out, 3, "", by);  // its own now
+    run(out, 3, "", by);  // the command's own files now
     EXPECT_EQ(told, "");
     EXPECT_EQ(read_file(out + "/result.json"), "3");
   }

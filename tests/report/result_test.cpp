@@ -80,7 +80,7 @@ TEST(ResultDocument, CarriesItsNumbersInSi) {
   EXPECT_EQ(json["coefficients"]["fourier"][1]["fx_per_m"], -7.25);
   EXPECT_EQ(json["coefficients"]["fourier"][1]["sin_m"], result.fitted.fit.coefficients[7]);
   EXPECT_EQ(json["coefficients"]["spherical"]["c8"]["value_m"], result.fitted.fit.coefficients[9]);
-  // c8 rho^8 = value at rho = 0.2 m: c8 = value / 2.56e-6 m^8; the power costs a few roundings.
+  // c8 rho^8 is the value at rho = 0.2 m, so c8 = value / 2.56e-6 m^8; the power costs a few roundings.
   EXPECT_NEAR(json["coefficients"]["spherical"]["c8"]["coefficient"].get<double>() /
                   (result.fitted.fit.coefficients[9] / 2.56e-6),
               1.0, 1e-15 * 8);

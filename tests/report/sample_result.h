@@ -13,7 +13,7 @@ inline nlohmann::ordered_json sample_study() {
           {"equivalence", {{"margin", 0.01}, {"confidence", 0.95}}}};
 }
 
-/// One bin and one zone of it are outside.
+/// One bin and one zone of the character are outside their limits.
 inline Character sample_character() {
   Character character;
   character.draws = 32;
@@ -26,7 +26,7 @@ inline Character sample_character() {
   return character;
 }
 
-/// A finished fit as the method would hand it over, with every kind of term and verdict in it.
+/// A finished fit as the method returns it, with every kind of term and verdict.
 inline ResultDocument sample_result() {
   ResultDocument result;
   result.title = "Stand-in scene, 100 nm RMS in 2.5-19.96 /m";

@@ -73,7 +73,7 @@ TEST(ScatterCsv, ReadsBackToTheTable) {
 TEST(ScatterCsv, SaysWhatItIsOf) {
   const KCorrelationPsd long_waves{11e-9, 0.3, 2.8, 6, 200};
   ScatterExport scatter = export_of(long_waves);
-  AbgOptions free;  // of the knee at 0.3 m
+  AbgOptions free;  // without a fixed knee of 0.3 m
   free.least_b = 1e-30;
   scatter.abg = {fit_abg(ScatterFunction(RadialPsd(long_waves), kLambda), free)};
   const std::string text = scatter_csv(scatter);
@@ -88,7 +88,7 @@ TEST(ScatterCsv, SaysWhatItIsOf) {
   EXPECT_NEAR(number_after(text.substr(text.find("# ABg")), ", g = ") / fit.model.g, 1, 1e-8);
   EXPECT_NEAR(number_after(text, "where its error is at most ") / (100 * fit.largest_error), 1, 5e-3);
   EXPECT_NE(text.find("counts their energy twice"), std::string::npos);
-  // The fit goes on beyond 200 /m.
+  // The fitted model extends beyond 200 /m.
   ASSERT_GT(std::abs(fit.tis / scatter.table.tis - 1), 0.1);
   EXPECT_NE(text.find("the model continues outside the range"), std::string::npos);
   ASSERT_FALSE(fit.at_least_b);
@@ -110,7 +110,8 @@ TEST(ScatterCsv, SaysWhatItIsOf) {
             std::string::npos);
 }
 
-// Two knees, two bands, two Gaussians, a knee at a smaller sine than B allows: no one knee and exponent does.
+// Two knees, two bands, two Gaussians, or a knee at a smaller sine than B allows: none is described by one
+// knee and exponent.
 TEST(ScatterCsv, AModelThatDescribesNothingIsNotPrintedAsOne) {
   const std::vector<PsdModel> models{
       SumPsd{{KCorrelationPsd{10e-9, 1e-2, 6, 1, 1e6}, KCorrelationPsd{3e-10, 1e-5, 6, 1, 1e6}}},
@@ -142,10 +143,10 @@ TEST(ScatterCsv, ParametersAreThoseOfThePsd) {
   const std::string text = scatter_csv(export_of(rest));
   const std::string psd = text.substr(text.find("# PSD:"));
   const double a = number_after(psd, "A = "), b = number_after(psd, "B = "), c = number_after(psd, "C = ");
-  // A [um^4], B [um], f [1/um].
+  // Units: A [um^4], B [um], f [1/um].
   for (const double f : {6.0, 30.0, 200.0})
     EXPECT_NEAR(a * std::pow(1 + std::pow(b * f * 1e-6, 2), -0.5 * c) * 1e-24 / RadialPsd(rest)(f), 1, 1e-7);
-  // sigma^2 of the band 0..1/lambda of the same law: pi A/B^2 (1 - (1 + (B/lambda)^2)^(1 - c/2))/(c/2 - 1).
+  // sigma^2 of the band 0..1/lambda of this model is pi A/B^2 (1 - (1 + (B/lambda)^2)^(1 - c/2))/(c/2 - 1).
   const double sigma = number_after(psd, "1/wavelength, sigma = ");
   const double whole =
       std::numbers::pi * a * 1e-12 / (b * b) * (1 - std::pow(1 + std::pow(0.3 / kLambda, 2), -0.4)) / 0.4;

@@ -59,7 +59,7 @@ TEST(SummaryTable, SaysHowWellRaysOrCellsKnowTheSurfaceWhereTheProgramChoseThem)
   EXPECT_EQ(line_with(text_of(page_of(result, false)), "Grid"), "");
 }
 
-// Headline, table and JSON of one result say the same thing, whoever decides.
+// Headline, table and JSON of one result agree, whether rays or waves decide.
 TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
   ResultDocument result = sample_result();
   result.judgement.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.1e-6, 0, 0.01, 0.95)};
@@ -75,7 +75,7 @@ TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
             "(all were fitted); by wave optics DIFFERENT (ee35_radius -4 %)");
   EXPECT_NE(line_with(beside, "The same surface by wave optics").size(), 0u);
   EXPECT_EQ(line_with(beside, "(this decides)"), "");
-  // The same where light decides.
+  // Here waves decide.
   result.judgement.light->decides = result.judgement.light_decides = true;
   result.judgement.verdict = Verdict::kDifferent;
   const std::string decides = text_of(page_of(result, false));
@@ -104,7 +104,7 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
   result.fitted.fit.out_of_iterations = true;
   EXPECT_NE(text_of(page_of(result, false)).find("fit.max_iterations"), std::string::npos);
   EXPECT_NE(text_of(page_of(result, false)).find("or more terms"), std::string::npos);
-  // Terms by the law carry the roughness; with fewer modes than statistics none can do.
+  // The law determines the terms; with fewer modes than statistics no set can be equivalent.
   result.choices.frontier = Frontier{};
   result.has_roughness = true;
   result.scene.numbers.n_eff = 1000;
@@ -115,7 +115,7 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
   EXPECT_EQ(text_of(page_of(result, false)).find("fit.max_iterations"), std::string::npos);
 }
 
-// Rays decide where no grid holds the phase; what they leave open has a remedy, too.
+// Rays decide if no grid resolves the phase. A remedy is given if they leave a statistic undecided.
 TEST(SummaryTable, SaysWhatWouldHelpWhereLightHasNoAnswer) {
   ResultDocument result = sample_result();
   result.judgement.light = LightJudgement{true, "ghs", "the pupil would need 13030 cells", true, {}, {}};
@@ -124,7 +124,7 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereLightHasNoAnswer) {
   result.judgement.verdict = overall(result.judgement.metrics);
   EXPECT_EQ(result.judgement.verdict, Verdict::kUndecided);
   EXPECT_NE(text_of(page_of(result, false)).find("equivalence.margin"), std::string::npos);
-  // Nothing that was judged is open: there is only the obstacle to say.
+  // No judged statistic is undecided, so only the obstacle is reported.
   result.judgement.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40e-6, 0, 0.01, 0.95)};
   const std::string nothing = text_of(page_of(result, false));
   EXPECT_NE(nothing.find("13030 cells."), std::string::npos);
@@ -190,7 +190,7 @@ TEST(SummaryTable, MarksWhatLiesOutsideTheSpreadOfDraws) {
   EXPECT_NE(line_with(text, "6 .. 12 /m").find("OUTSIDE"), std::string::npos);
   EXPECT_NE(line_with(text, "1.5 wavelengths").find("ee65"), std::string::npos);
   EXPECT_NE(line_with(text, "stop of 60 %").find("it has no grid"), std::string::npos);
-  // The verdict's line names the worst of them.
+  // The verdict's line names the worst statistic.
   std::string headline = page_of(result, false).headline;
   EXPECT_NE(
       headline.find(

@@ -1,4 +1,4 @@
-// Tables and pictures of a sweep, against sorts and sums written anew.
+// Tables and pictures of a sweep, compared with sorts and sums written anew.
 #include "aberfit/report/sweep_report.h"
 
 #include <fmt/format.h>
@@ -21,7 +21,7 @@ using test::ScratchFolder;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// rms x B with seeds; ee80 = rms B (1 + 0.01 seed), but one case failed.
+// A sweep of rms and B with seeds; ee80 = rms B (1 + 0.01 seed), and one case failed.
 SweepReport sample(std::size_t seeds) {
   SweepReport report;
   report.title = "A mirror, \"swept\"";
@@ -80,7 +80,7 @@ TEST(SweepQuantiles, AreThoseOfThePlacesRealisations) {
   }
 }
 
-// RFC 4180, read by a reader of the test's own.
+// RFC 4180, read by the test's own reader.
 std::vector<std::vector<std::string>> read_csv(const std::string& text) {
   std::vector<std::vector<std::string>> rows(1, {""});
   bool quoted = false;
@@ -157,7 +157,7 @@ TEST(SweepPlots, OfAGridAreCurvesAMapAndContourLines) {
   const ScratchFolder folder;
   EXPECT_EQ(files_of(sample(5), folder),
             (std::vector<std::string>{"contour_ee80_radius", "curve_ee80_radius", "map_ee80_radius"}));
-  // A line for each B, with the band of the seeds: at 40 nm and B = 0.2 m the median is 8.24 um.
+  // There is a line for each B, with the band of the seeds. At 40 nm and B = 0.2 m the median is 8.24 um.
   const std::string curves = read_file(folder.file("plots/curve_ee80_radius.dat"));
   std::istringstream table(curves.substr(curves.find("\n\n\n")));  // the second block
   double x = 0, median = 0, q05 = 0;
@@ -169,7 +169,7 @@ TEST(SweepPlots, OfAGridAreCurvesAMapAndContourLines) {
   const std::string curve = read_file(folder.file("plots/curve_ee80_radius.values"));
   EXPECT_NE(curve.find("set logscale x"), std::string::npos);
   EXPECT_NE(curve.find("\"ee80_radius [µm]\""), std::string::npos) << curve;
-  // A cell for each pair, also where one case failed.
+  // Each pair has a field of the map, even if one case failed.
   std::istringstream cells(read_file(folder.file("plots/map_ee80_radius.dat")));
   int count = 0;
   for (std::string line; std::getline(cells, line);) count += line[0] != '#';

@@ -19,8 +19,8 @@ inline bool has_type(const nlohmann::ordered_json& value, const std::string& typ
                              : value.is_object();
 }
 
-/// What of `value` is not as `schema` has it: the first place and the reason; empty where all is. Of JSON
-/// Schema it knows what the schema of results uses.
+/// Checks `value` against `schema`. Returns place and reason of the first fault; empty if there is none. It
+/// knows only the part of JSON Schema that the schema of results uses.
 inline std::string fault_of(const nlohmann::ordered_json& value, const nlohmann::ordered_json& schema,
                             const std::string& at = "") {
   if (schema.contains("const"))
@@ -60,7 +60,7 @@ inline std::string fault_of(const nlohmann::ordered_json& value, const nlohmann:
   return "";
 }
 
-/// Expects a result to be as the schema of its kind has it.
+/// Expects a result to follow the schema of its kind.
 inline void expect_valid_result(const nlohmann::ordered_json& result) {
   static const nlohmann::ordered_json schema = results_schema();
   std::string fault = "no such kind";

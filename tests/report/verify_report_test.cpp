@@ -1,4 +1,4 @@
-// Reports of `verify` and `trace` made by hand: the table and the JSON show their numbers, and the same ones.
+// Hand-made reports of `verify` and `trace`: the table and the JSON show the same numbers.
 #include "aberfit/report/verify_report.h"
 
 #include <gtest/gtest.h>

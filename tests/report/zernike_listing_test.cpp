@@ -39,7 +39,7 @@ struct Surface {
   }
   std::string text(ExportFormat format) const { return export_file(format, input()).second; }
 
-  // Written anew: one mode at a time, powers for the spherical terms.
+  // Height written anew: one mode at a time, powers for the spherical terms.
   double height(double x, double y) const {
     double h = 0;
     for (std::size_t i = 0; i < terms.zernike.size(); ++i)
@@ -51,7 +51,7 @@ struct Surface {
   }
 };
 
-// Points of the disc, the rim among them.
+// Points of the disc, including the rim.
 std::vector<std::array<double, 2>> points() {
   std::vector<std::array<double, 2>> result;
   const RandomStream random(5, "zernike-listing-points");
@@ -120,7 +120,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-// A damaged copy: bytes changed, dropped or doubled, lines swapped, the end cut off.
+// A damaged copy: bytes changed, dropped or doubled, lines swapped, or the end cut off.
 std::string mutated(const std::string& text, std::uint64_t seed) {
   const RandomStream random(seed, "mutated-listing");
   std::string result = text;
@@ -185,7 +185,8 @@ TEST_F(Listings, PrintThePolynomialsAsOpticStudioDoes) {
 }
 
 TEST_F(Listings, HoldTheSurfaceByTheirPrintedPolynomials) {
-  // The power sums of n = 12 lose 5 digits of 16 at the rim; 91 rows of 5e-13 waves are nothing.
+  // The power sums of n = 12 lose 5 digits of 16 at the rim; rounding of 91 rows to 5e-13 waves is
+  // negligible.
   constexpr double kTolerance = 1e-10;  // of the 0.5 um surface; largest seen 1e-12
   const Surface surface(12, {4, 6, 8, 10, 12});
   const auto listing = test::read_zernike_listing(surface.text(ExportFormat::kZernikeNoll));
@@ -204,7 +205,7 @@ TEST_F(Listings, HoldTheSurfaceByTheirPrintedPolynomials) {
 }
 
 TEST_F(Listings, TellSineFromCosine) {
-  // 8 is coma along x, 9 trefoil with the sine: a swapped or mirrored order changes both.
+  // Term 8 is coma along x, 9 is trefoil with the sine; a swapped or mirrored order changes both.
   Surface surface(3);
   surface.coefficients.setZero();
   for (std::size_t i = 0; i < surface.terms.zernike.size(); ++i) {
@@ -217,7 +218,7 @@ TEST_F(Listings, TellSineFromCosine) {
   ASSERT_EQ(waves.size(), 10u);
   for (int j = 1; j <= 10; ++j) EXPECT_EQ(waves[std::size_t(j - 1)], j == 8 ? 2 : j == 9 ? -1 : 0) << j;
 
-  // Fringe: (3,1) is the 7th, (3,-3) the 11th (Wyant's table); peak-normalised by sqrt(8).
+  // In Fringe order (3,1) is the 7th, (3,-3) the 11th (Wyant's table); peak-normalised by sqrt(8).
   put(surface.text(ExportFormat::kCodeVZfr));
   const std::vector<double> fringe = read_codev_zfr(path_);
   ASSERT_GE(fringe.size(), 11u);
@@ -242,7 +243,8 @@ TEST_F(Listings, ReadBackTheCoefficientsWithWavelengthAndRadius) {
 }
 
 TEST_F(Listings, FringeFileHoldsTheSurface) {
-  // Fringe order and polynomials written out: the table of Wyant & Creath 1992, R = 1 at the rim.
+  // Fringe order and polynomials are written out from the table of Wyant & Creath 1992, with R = 1 at the
+  // rim.
   const auto polynomial = [](int j, double r, double a) {
     const double r2 = r * r;
     switch (j) {
@@ -392,7 +394,7 @@ TEST_F(Listings, DamagedFringeFileIsAnInputError) {
   EXPECT_THROW(read_codev_zfr(path_ + "-missing"), InputError);
 }
 
-// Whatever the damage: a clean answer or an InputError, nothing else, and the same twice.
+// A damaged file gives a valid answer or an InputError, and the same one twice.
 TEST_F(Listings, FiveHundredMutatedFringeFilesAreReadOrRefused) {
   const Surface surface(6, {4});
   const std::string zfr = surface.text(ExportFormat::kCodeVZfr);
@@ -406,7 +408,7 @@ TEST_F(Listings, FiveHundredMutatedFringeFilesAreReadOrRefused) {
       ++refused;
     }
   }
-  // Most edits hit a number's place or the structure; one in a remark or a digit leaves a readable file.
+  // Most edits hit a number or the structure; one in a remark or a digit leaves a readable file.
   EXPECT_GT(refused, 150);
   EXPECT_LT(refused, 500);
 }

@@ -50,7 +50,7 @@ TEST(StructureFunction, OfAUniformBandAndOfItsTwinsByQuadratureAgree) {
   const RadialPsd uniform(UniformPsd{s, a, b}), power(PowerLawPsd{s, {}, 0.0, a, b});
   const RadialPsd table(TablePsd{{a, b}, {uniform(3), uniform(3)}});
   for (const double r : kDistances) {
-    // Where 1 - J0 has no cancellation, the difference of autocorrelations is exact.
+    // If 1 - J0 has no cancellation, the difference of autocorrelations is exact.
     const double truth = at(uniform, r);
     if (r > 3e-3) {
       EXPECT_NEAR(truth / (s * s - autocorrelation(uniform, r)), 1, 1e-10) << r;

@@ -260,7 +260,7 @@ TEST(Screen, WarnsOfValuesThatNoMirrorHas) {
   EXPECT_TRUE(warned(map));
 }
 
-// A pitch or unit that gives lengths outside 0.1 um (diagonal of a map) to 50 m.
+// A pitch or unit that gives lengths outside 0.1 um (diagonal of a map) to 50 m is probably wrong.
 TEST(Screen, WarnsOfLengthsThatNobodyMeasures) {
   const auto said = [](Measurement data) {
     const Warnings warnings = screen(&data, OutlierTreatment::kKeep, {});

@@ -37,8 +37,7 @@ Moment moment(double exponent, int power, double a, double b) {
   return {power == 0 ? moments.height_variance : moments.slope_variance, integral(exponent, power, a, b)};
 }
 
-// Of an integral that exists: relative error, 1e-12 promised by psd.h. Of one that does not: told by
-// infinity.
+// If the integral exists, psd.h promises a relative error of 1e-12; if not, it returns infinity.
 EdgeRow row_of(double parameter, const Moment& m, double avoided = std::nan("")) {
   if (m.refused) return {parameter, std::nan(""), 1e-12, true};
   const bool told = std::isinf(m.found);
@@ -54,7 +53,7 @@ TEST(StabilityEdge, HeightOfABandThatOpensBelow) {
        {0.5, 1.0, 1.5, 1.9, 1.99, 1.9999, 2.0, 2.0001, 2.01, 2.5, 3.0, 11.0 / 3, 4.0, 4.5}) {
     const Moment m = moment(exponent, 0, 0, 100);
     EXPECT_EQ(std::isinf(m.found), exponent >= 2) << exponent;
-    // A cut "low enough", 1e-6 /m, gives a number for every exponent.
+    // A band from 1e-6 /m, which looks low enough, gives a number for every exponent.
     edge.add(row_of(exponent, m, std::abs(integral(exponent, 0, 1e-6, 100) / m.truth - 1)));
   }
   edge.expect();
@@ -74,7 +73,7 @@ TEST(StabilityEdge, SlopeOfABandThatDoesNotEnd) {
 }
 
 TEST(StabilityEdge, HeightAsTheLowEndGoesToZero) {
-  // Exponent 3: the height variance grows as 1/f_min, without end.
+  // With exponent 3 the height variance grows without limit, as 1/f_min.
   Edge edge("psd_low_end_to_zero", "f_min of a band up to 100 /m, exponent 3 [1/m]",
             "relative error of the height variance [1]");
   double before = 0;
@@ -91,7 +90,7 @@ TEST(StabilityEdge, HeightAsTheLowEndGoesToZero) {
 }
 
 TEST(StabilityEdge, SlopeAsTheHighEndGoesToInfinity) {
-  // Exponent 4: logarithmic, the slowest way to diverge.
+  // With exponent 4 the divergence is logarithmic, the slowest one.
   Edge edge("psd_high_end_to_infinity", "f_max of a band from 1 /m, exponent 4 [1/m]",
             "relative error of the slope variance [1]");
   for (const double f_max : {10.0, 1e2, 1e4, 1e8, 1e16, 1e30, 1e31, 1e100, kOpen})

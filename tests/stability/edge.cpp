@@ -114,7 +114,7 @@ void Edge::draw(const std::string& scratch, const std::string& folder) const {
         "without a word");
   curve(points(error, [](const EdgeRow& row) { return row.told; }), "points pt 6 ps 0.9 lc rgb '#c00000'",
         "told");
-  // No value has no place on the axis of errors: a mark at the upper edge.
+  // Rows without a value get a mark at the upper edge of the error axis.
   std::string refused;
   for (const EdgeRow& row : rows_)
     if (row.told && !std::isfinite(row.error))

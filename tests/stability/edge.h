@@ -12,7 +12,7 @@ struct EdgeRow {
   double error = 0;      ///< of what the program returned; NaN where it returned no value
   double promised = 0;   ///< largest error that a header, a warning-free result or a page allows here
   bool told = false;     ///< the program refused, warned, or set a status that says so
-  /// Error of the textbook way that the program does not go, where there is one: what is avoided.
+  /// Error of the textbook method, if there is one, which the program avoids.
   double avoided = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -24,25 +24,26 @@ struct EdgeLaw {
   double factor = 2;
 };
 
-/// A sweep of one method to where it fails and beyond.
+/// A sweep of one method to the point where it fails, and beyond.
 class Edge {
  public:
-  /// name: of its files, as the test is called; the others label axes, with their units.
+  /// name: name of the files, as the test is called; the others label the axes, with their units.
   Edge(std::string name, std::string parameter, std::string error);
 
-  /// Linear in the parameter instead of logarithmic (picture only).
+  /// Makes the parameter axis of the picture linear instead of logarithmic.
   void linear_parameter() { linear_ = true; }
   void add(const EdgeRow& row) { rows_.push_back(row); }
-  /// Of the avoided way where there is one, else of the program's own error. One or more laws, each with at
-  /// least three rows in its range.
+  /// Adds a law that the error must follow, with at least three rows in its range. It holds for the avoided
+  /// way if there is one, else for the program's own error. At least one law is required.
   void follows(EdgeLaw law) { laws_.push_back(std::move(law)); }
 
-  /// Fails the test unless: wherever the error exceeds what is promised the program told; the edge was
-  /// reached (a row that was told, that exceeds its promise, or whose avoided way does: a sweep that never
-  /// fails proves nothing); some row was not told (a program that always warns says nothing); the laws hold.
+  /// Fails the test unless all of this holds. Wherever the error exceeds its promise, the program says so.
+  /// The edge is reached: some row is reported, exceeds its promise, or its avoided way does; a sweep that
+  /// never fails proves nothing. Some row is not reported, because a program that always warns says nothing.
+  /// The laws hold.
   void judge() const;
-  /// judge(), and writes <name>.csv beside the test program, and <name>.svg into the folder that
-  /// ABERFIT_STABILITY_PICTURES in the environment names.
+  /// Calls judge(), and writes <name>.csv beside the test program. <name>.svg goes into the folder that the
+  /// environment variable ABERFIT_STABILITY_PICTURES names.
   void expect() const;
 
  private:

@@ -1,4 +1,4 @@
-// The judge of all sweeps, judged: each breach fails, its permitted neighbour does not.
+// Tests Edge::judge itself: each breach fails, and its permitted neighbour passes.
 #include "edge.h"
 
 #include <gtest/gtest-spi.h>
@@ -7,7 +7,7 @@
 namespace aberfit::test {
 namespace {
 
-// Error 1e-6 p^2 against a promise of 1e-4, told from p = `told_from` on.
+// Error 1e-6 p^2 against a promise of 1e-4, reported from p = `told_from` on.
 Edge sweep_of(double last, double told_from, double constant = 1e-6) {
   Edge edge("edge_of_the_tests_own", "parameter [1]", "error [1]");
   for (const double p : geometric_steps(1, last, 13)) edge.add({p, 1e-6 * p * p, 1e-4, p >= told_from});

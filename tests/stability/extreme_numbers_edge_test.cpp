@@ -1,5 +1,5 @@
-// Every number of a study, one after the other, taken to where double precision or the optics end: what comes
-// is a prediction or a refusal, never a crash, a hang or a number that is none.
+// Takes every number of a study, one after the other, to where double precision or the optics end. The
+// program must predict or refuse; it must not crash, hang or return a NaN.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr double kLongest = 30;  // [s]; alone each is below 10
 
-// Between them the studies have every number that a prediction looks at.
+// Together the studies have every number that a prediction uses.
 std::map<std::string, json> studies() {
   const json plain = json::parse(R"({"aberfit": 1, "mirror": {"focal_length": 1.4},
       "aperture": {"shape": "circle", "diameter": 0.2}, "light": {"wavelength": 632.8e-9},
@@ -31,7 +31,7 @@ std::map<std::string, json> studies() {
       json::parse(R"({"focal_length": 1.4, "conic": -1.01, "spherical": {"c4": 1e-6, "c12": 1e-3}})");
   aspheric["target"]["statistics"]["ee50"] = {{"planes", {0.0, 1e-4}}, {"tolerance", 1e-3}};
   all["aspheric"] = aspheric;
-  json astigmatic = plain;  // a sphere with it takes light half a minute
+  json astigmatic = plain;  // wave optics of a sphere with it takes half a minute
   astigmatic["mirror"]["zernike"] = {{"radius", 0.1}, {"noll", {{"5", 20e-9}}}};
   astigmatic["target"]["statistics"]["ee80"] = {{"planes", {0.0}}};
   all["astigmatic"] = astigmatic;

@@ -1,6 +1,6 @@
-// Zernikes from the textbook sum with factorials, in double precision, against the program's recurrences; the
-// truth is the same sum in 200 digits (terms/zernike_exact.h). At rho >= 0.99, where the sum cancels most:
-// mid-pupil it looks right until n = 50.
+// Compares Zernikes from the textbook sum with factorials in double precision with the program's recurrences.
+// The truth is the same sum in 200 digits (terms/zernike_exact.h). The points have rho >= 0.99, where the sum
+// cancels most; at mid-pupil it looks right until n = 50.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 constexpr double kOverflow = std::numeric_limits<double>::infinity();  // of factorials, from n = 171 on
 constexpr double kRim[] = {0.99, 0.995, 0.999, 1.0};
 
-// The sum as many programs have it: doubles, factorials by the gamma function.
+// The sum as many programs compute it: doubles, factorials by the gamma function.
 double factorial_radial(int n, double rho, bool derivative) {
   double sum = 0;
   for (int s = 0; s <= n / 2; ++s) {
@@ -68,7 +68,7 @@ void sweep(const char* name, bool gradient, double from, double to, double const
     const Errors errors = errors_of(n, gradient);
     edge.add({double(n), errors.ours, n <= 100 ? 1e-12 : 1e-11, false, errors.factorial});  // zernike.h
   }
-  // Terms of the sum grow as (1 + sqrt 2)^n; their last bits stay.
+  // Terms of the sum grow as (1 + sqrt 2)^n, and their rounding remains.
   edge.follows({gradient ? "slope: 1e-18 (1+sqrt2)^n" : "height: 1e-17 (1+sqrt2)^n",
                 [constant](double n) { return constant * std::pow(1 + std::numbers::sqrt2, n); }, from, to,
                 10});

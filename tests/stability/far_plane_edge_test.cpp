@@ -1,5 +1,5 @@
-// Planes far out of the focus of a fast mirror: the wave theory's mean light against the diffraction integral
-// of a perfect annulus, whose field in a plane is one Hankel transform.
+// Planes far out of the focus of a fast mirror. The mean spot by wave theory is compared with the diffraction
+// integral of a perfect annulus, which is one Hankel transform per plane.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,8 +19,8 @@ constexpr int kRadii = 20;
 
 double sine_of(double rho) { return rho / kFocal / (1 + std::pow(rho / (2 * kFocal), 2)); }
 
-// E at 0.06 to 1.2 of the geometric spot's radius. P = f sin(angle), amplitude 2/((1 + c) sqrt(c)), phase
-// k dz' (1 - c) (PHYSICS 6). parabolic: with the phase and amplitude of the paraxial focus, as near the axis.
+// E at 0.06 to 1.2 times the radius of the geometric spot. P = f sin(angle), amplitude 2/((1 + c) sqrt(c)),
+// phase k dz' (1 - c) (PHYSICS 6). parabolic: phase and amplitude of the paraxial focus, as near the axis.
 Eigen::ArrayXd encircled(double dz, bool parabolic = false) {
   const double inner = kFocal * sine_of(kInner), outer = kFocal * sine_of(kRim), k = 2 * kPi / kLambda;
   const double turn = k * dz * (1 - std::sqrt(1 - outer * outer));
@@ -51,8 +51,8 @@ Eigen::ArrayXd encircled(double dz, bool parabolic = false) {
 }
 
 TEST(StabilityEdge, FarPlanes) {
-  // Not taken: the parabolic phase alone. To 1500 rad across the overlap its integral, from there on the
-  // light of rings (PupilLight).
+  // The avoided way is the parabolic phase alone. Up to 1500 rad across the overlap the program uses its
+  // integral, beyond that the light of rings (PupilLight).
   Edge edge("far_planes", "phase from axis to rim [rad]", "error of encircled energy [1]");
   const GeneralisedHarveyShack light(RadialPsd(GaussianPsd{1e-13, 0.01}), Mirror{kFocal, -1, {}},
                                      AnnulusAperture{2 * kRim, 2 * kInner}, kLambda);

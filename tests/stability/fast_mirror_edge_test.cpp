@@ -1,5 +1,5 @@
-// Fast mirrors and steep slopes: the closed forms of theory against rays that are traced exactly (law of
-// reflection, PHYSICS 1) with Gaussian slopes from a lattice in four dimensions.
+// Fast mirrors and steep slopes. Closed forms of theory are compared with exactly traced rays (law of
+// reflection, PHYSICS 1), whose Gaussian slopes come from a lattice in four dimensions.
 #include <gtest/gtest.h>
 
 #include <boost/math/special_functions/erf.hpp>
@@ -49,14 +49,15 @@ Traced traced(double diameter, double slope) {
 }
 
 constexpr double kSampling = 1e-3;  // of the lattice
-// Beside 45 degrees, f/0.25, the radial spread slope/(1 - t^2) is no small angle, 8 slope of a radius, and
-// its long tail is sampled less well (4e-3 seen).
+// Near 45 degrees, at f/0.25, the radial spread slope/(1 - t^2) is no small angle. It changes the radius by 8
+// slope, relative, and its long tail is sampled less well (4e-3 seen).
 double promised(double f_number, double slope) {
   return f_number < 0.26 ? 5 * kSampling + 8 * slope : kSampling + 4.6 * slope * slope;
 }
 
 TEST(StabilityEdge, FastMirrors) {
-  // f/10 to f/0.2. Not taken: the paraxial radius. 45 degrees at the rim are reached at f/0.25.
+  // The f-numbers go from 10 to 0.2. The avoided way is the paraxial radius. 45 degrees at the rim are
+  // reached at f/0.25.
   Edge edge("fast_mirrors", "f-number [1]", "relative error of ee90 [1]");
   constexpr double kSlope = 1e-4;
   for (const double f_number :
@@ -80,7 +81,7 @@ TEST(StabilityEdge, FastMirrors) {
 }
 
 TEST(StabilityEdge, SteepSlopes) {
-  // A slow mirror, so that the rest of the slope is the roughness; g2 = 1 loses a ray.
+  // The mirror is slow, so that the rest of the slope is the roughness; g2 = 1 loses a ray.
   Edge edge("steep_slopes", "RMS slope per axis [1]", "relative error of ee90 [1]");
   for (const double slope : geometric_steps(1e-3, 0.5, 14)) {
     const GeometricHarveyShack theory({.focal_length = kFocal}, CircleAperture{0.05, 0}, slope,

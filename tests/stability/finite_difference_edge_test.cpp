@@ -25,7 +25,7 @@ struct Scene {
   Eigen::VectorXd coefficients;
   Eigen::ArrayXd slope_x = Eigen::ArrayXd::Zero(1024);  // truth
 
-  // Equal shares of the band's area have equal height variance where the PSD is uniform.
+  // If the PSD is uniform, equal parts of the band's area have equal height variance.
   Scene() {
     constexpr int kModes = 400;
     const RandomStream stream(1, "finite-difference-edge");
@@ -82,12 +82,12 @@ TEST(StabilityEdge, StepOfFiniteDifferenceNormals) {
     return kTruncation * u * u;
   };
   const auto rounding = [](double d) { return kRounding / d / kSlopeRms; };
-  // Round-off: of the sag, and of the moved points where d is no multiple of their last bit (up to 1.7 of the
-  // constant seen). Truncation: 400 modes are no continuum (1.08).
+  // Round-off has two parts: of the sag, and of the moved points if d is no multiple of their last bit (up to
+  // 1.7 times the constant). Truncation differs by 1.08, because 400 modes are no continuum.
   edge.follows({"round-off 1.2e-19/d rad", rounding, 1e-9, 3e-8, 2});
   edge.follows({"truncation 0.0932 (2 pi fmax d)^2", truncation, 1e-6, 6e-5, 1.15});
   edge.expect();
-  // The best step (2.6e-15/f_max^2)^(1/3); steps of the sweep are a factor of 1.6 apart.
+  // The best step is (2.6e-15/f_max^2)^(1/3); steps of the sweep are a factor of 1.6 apart.
   const double by_law = std::cbrt(2.6e-15 / (kHighest * kHighest));
   EXPECT_LT(std::abs(std::log(best / by_law)), std::log(2.0)) << best << " against " << by_law;
 }

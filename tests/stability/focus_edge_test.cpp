@@ -28,8 +28,8 @@ double exact(const RayBundle& rays, const Statistic& statistic, Warnings* warnin
 
 TEST(StabilityEdge, RadiusInAGap) {
   // Nine tenths of the light in a Gaussian core, a tenth in a ring 100 times larger. Two samples of 10,000
-  // rays of the same light: which radius holds a fraction near 0.9 is a matter of chance, how much light a
-  // radius holds is not. Targets of radii are met and judged in light (`aim_of`).
+  // rays of the same light: the radius that holds a fraction near 0.9 is a matter of chance, but the energy
+  // in a given radius is not. Targets of radii are met and judged by energy (`aim_of`).
   Edge edge("radius_in_a_gap", "fraction of the light [1]",
             "difference of the light inside; grey: relative difference of the radii [1]");
   edge.linear_parameter();
@@ -51,11 +51,11 @@ TEST(StabilityEdge, RadiusInAGap) {
   for (const double p :
        {0.5, 0.6, 0.7, 0.8, 0.85, 0.88, 0.89, 0.895, 0.898, 0.9, 0.902, 0.905, 0.91, 0.92, 0.95, 0.99}) {
     const double radius = exact(one, EncircledEnergyRadius{p, 0});
-    // 4 standard errors of a difference of two shares (binomial).
+    // The promise is 4 standard errors of a difference of two fractions (binomial).
     edge.add({p, std::abs(exact(other, RingThrough{radius, 0}) - p), 4 * std::sqrt(2 * p * (1 - p) / kRays),
               false, std::abs(exact(other, EncircledEnergyRadius{p, 0}) / radius - 1)});
   }
-  // At the share of the core of either sample, where one has the gap behind it and the other before it.
+  // At this fraction the radius is inside the core for one sample and beyond the gap for the other.
   const double core = exact(one, RingThrough{50 * kSpot, 0}) + 0.5 * between;
   const double radius = exact(one, EncircledEnergyRadius{core, 0});
   edge.add({core, std::abs(exact(other, RingThrough{radius, 0}) - core), 4 * std::sqrt(2 * 0.09 / kRays),
@@ -64,9 +64,9 @@ TEST(StabilityEdge, RadiusInAGap) {
 }
 
 TEST(StabilityEdge, RadiusAtACaustic) {
-  // Rays whose density goes as 1/sqrt(a - r) below the caustic r = a. The smooth twin is off by a multiple of
-  // width^2, as evaluate.h says, until the kernel reaches it (w = 0.01), and by no more beyond; a kernel of a
-  // thousand spots is refused.
+  // The density of the rays goes as 1/sqrt(a - r) below the caustic r = a. The smooth statistic is wrong by a
+  // multiple of width^2, as evaluate.h says, until the kernel reaches the caustic (w = 0.01), and by no more
+  // beyond. A kernel of a thousand spots is refused.
   Edge edge("radius_at_a_caustic", "half-width of the kernel / radius of the caustic [1]",
             "shift of ee90 / radius of the caustic [1]");
   constexpr Eigen::Index kRays = 200000;
@@ -90,8 +90,8 @@ TEST(StabilityEdge, RadiusAtACaustic) {
 }
 
 TEST(StabilityEdge, RadiusAtTies) {
-  // Rays between two circles. A stretch along x alone takes ee90 with it by half, by the mean of cos^2 over
-  // all directions; once the rays tie, what a difference of exact radii sees is the ray that happens to be
+  // All rays lie between two circles. A stretch along x alone changes ee90 by half of it, the mean of cos^2
+  // over all directions. When the rays tie, a difference of exact radii sees only the ray that happens to be
   // first.
   Edge edge("radius_at_ties", "width of the ring of rays / its radius [1]",
             "relative error of the derivative of ee90 [1]");
@@ -116,14 +116,14 @@ TEST(StabilityEdge, RadiusAtTies) {
     RayBundle stretched = rays;
     stretched.x *= 1 + kStretch;
     const double difference = (exact(stretched, EncircledEnergyRadius{0.9, 0}) - radius) / kStretch;
-    // Directions are even to a few parts in the number of rays under the kernel.
+    // The directions are uniform to a few parts in the number of rays under the kernel.
     edge.add({ring, std::abs(along / truth - 1), 0.01, false, std::abs(difference / truth - 1)});
   }
   edge.expect();
 }
 
-// Root mean square over `spots` Gaussian spots of `count` rays of the relative error of d ee90/d log s, s a
-// stretch along x alone, which takes ee90 with it by half.
+// RMS of the relative error of d ee90/d log s over `spots` Gaussian spots of `count` rays. s is a stretch
+// along x alone, and ee90 changes by half of it.
 double gradient_error(Eigen::Index count, int spots, double width) {
   double squares = 0;
   for (int k = 0; k < spots; ++k) {
@@ -144,9 +144,10 @@ double gradient_error(Eigen::Index count, int spots, double width) {
 }
 
 TEST(StabilityEdge, SmoothingToZero) {
-  // The gradient of ee90 is a mean over the rays that the kernel touches: of cos^2 here, 1 +- sqrt(1/(2 N_k))
-  // of it with N_k rays, in the end one, whatever the spot. N_k = N p(r) w, p(r) = 0.2146/sigma at ee90. The
-  // program's own fine smoothing is FitOptions{}.smoothing.back() with some 65,536 rays.
+  // The gradient of ee90 is a mean over the N_k rays that the kernel touches. Here it is the mean of cos^2,
+  // with a relative error of sqrt(1/(2 N_k)); in the end N_k is one, whatever the spot. N_k = N p(r) w, p(r)
+  // = 0.2146/sigma at ee90. The program's own finest smoothing is FitOptions{}.smoothing.back() with 65,536
+  // rays.
   Edge edge("smoothing_to_zero", "half-width of the kernel / spot sigma, grey: 8192 rays [1]",
             "RMS relative error of the gradient of ee90 [1]");
   constexpr Eigen::Index kRays = 8192, kRaysOfFits = 65536;
@@ -159,12 +160,13 @@ TEST(StabilityEdge, SmoothingToZero) {
   edge.expect();
 }
 
-// Share inside the ring of a full cone that crosses the axis at dz = focus; ring and largest slope 1.
+// Fraction inside the ring of a full cone that crosses the axis at dz = focus; ring and largest slope are 1.
 double inside(double dz, double focus) { return std::min(1.0, 1 / std::pow(dz - focus, 2)); }
 
 TEST(StabilityEdge, TwoFoci) {
-  // 55 and 45 % of the light with foci apart by a distance in units of ring / slope: the profile has a dip
-  // first, then a dip below half. Truth: the profile in closed form, between its outermost half crossings.
+  // 55 and 45 % of the energy have foci apart, by a distance in units of ring / slope. First the profile has
+  // a dip, then a dip below half. The truth is the width of the closed profile between its outermost half
+  // crossings.
   Edge edge("two_foci", "distance of the foci / (ring / slope) [1]",
             "width of the ring profile over that of all its light, less 1 [1]");
   edge.linear_parameter();
@@ -192,8 +194,8 @@ TEST(StabilityEdge, TwoFoci) {
 }
 
 TEST(StabilityEdge, NearlyPerfectMirrors) {
-  // Radii in focus are of degree 1 in the coefficients, and so are their derivatives along the coefficients:
-  // what rounding of the rays' places, 2e-17 m, leaves of that. Reference: a surface of a nanometre.
+  // Radii in focus are of degree 1 in the coefficients, so their derivatives along the coefficients equal the
+  // radii. Rounding of the ray positions, 2e-17 m, disturbs this. The reference is a surface of a nanometre.
   Edge edge("nearly_perfect_mirrors", "RMS height of the surface [m]",
             "relative error of radii and their gradients [1]");
   const FitScene scene(6, {}, 4096, PupilLayout::kSobol);

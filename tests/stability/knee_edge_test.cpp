@@ -1,5 +1,5 @@
-// A k-correlation whose knee leaves the band of the bins. Truth: the spectrum that the lines are drawn from
-// (random_line.h), bins from 1.5 to 500 cycles/m.
+// A k-correlation whose knee leaves the band of the bins. The truth is the spectrum of the simulated lines
+// (random_line.h); the bins cover 1.5 to 500 cycles/m.
 #include <gtest/gtest.h>
 
 #include <cmath>

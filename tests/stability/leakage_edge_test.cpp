@@ -1,6 +1,6 @@
-// The windowed PSD of ever steeper spectra: from some exponent on bins hold the window's side lobes. Truth:
-// the power law that the lines are drawn from (random_line.h); 1024 points, bins of 100 to 300 steps of
-// frequency.
+// The windowed PSD of ever steeper spectra. From some exponent on, the side lobes of the window fill the
+// bins. The truth is the power law of the simulated lines (random_line.h), with 1024 points and bins of 100
+// to 300 frequency steps.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,11 +13,11 @@ namespace aberfit::test {
 namespace {
 
 constexpr int kLines = 8;
-// Of the mean of 8 lines in bins of 60 ordinates and more, 200 ordinates in all: 3 % by chance, the smear of
-// a window, and what may leak unsaid.
+// Promised error of the mean of 8 lines, in bins of at least 60 of the 200 ordinates. It covers chance (3 %),
+// the smear of a window, and the leakage that needs no warning.
 constexpr double kPromised = 0.3;
 
-// Mean of bins over truth, less 1, and whether most lines were told of.
+// Mean of the bins over truth, less 1, and whether most lines had a warning.
 EdgeRow row_of(WindowKind window, double exponent) {
   PsdEstimatorOptions options;
   options.window = window, options.find_lines = false;

@@ -1,5 +1,5 @@
-// Least squares of Zernikes on points that do not tell them apart: thin annuli, slim polygons, few points,
-// clusters. The truth is the coefficients that the map was made of, with white noise on every point.
+// Least squares of Zernikes on points that do not distinguish them: thin annuli, slim polygons, few points,
+// clusters. The truth is the coefficients of the map, with white noise on every point.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,9 +40,9 @@ struct Judged {
   MapFitResult fit;
 };
 
-// A map of the terms where `inside`, plus noise. What the result promises: so many of its own standard
-// deviations, and the rounding of map_design.h, 1e-15 of the coefficients times the condition number; and,
-// without the warning `not-identified`, standard deviations below the RMS of the map.
+// Fits a map of the terms where `inside`, plus noise. The result promises a number of its own standard
+// deviations, plus the rounding of map_design.h: 1e-15 of the coefficients times the condition number.
+// Without the warning `not-identified`, it also promises standard deviations below the RMS of the map.
 Judged judge(HeightMap map, const TermSet& terms, const Inside& inside) {
   const RandomStream stream(1, "map-fit-edge");
   Eigen::VectorXd truth(terms.size());
@@ -90,7 +90,7 @@ TEST(StabilityEdge, ZernikesOnSlimRectangles) {
   Edge edge("map_fit_rectangle", "width / length of the rectangle [1]", "largest coefficient error [m]");
   const TermSet terms = terms_of(6);
   for (const double width : geometric_steps(1, 1e-3, 13)) {
-    // The map has always 41 rows across the rectangle.
+    // The map always has 41 rows across the rectangle.
     HeightMap map = empty_map(41, 1.4 / 40, -0.7, -0.7 * width);
     map.pitch_y = 1.4 * width / 40;
     add(width, judge(map, terms, [](double, double) { return true; }), &edge);
@@ -99,7 +99,7 @@ TEST(StabilityEdge, ZernikesOnSlimRectangles) {
 }
 
 TEST(StabilityEdge, ZernikesOnFewPoints) {
-  // 33 terms and piston and tilt; a tenth of the points is held out.
+  // The fit has 33 terms, piston and tilt; a tenth of the points is held out.
   Edge edge("map_fit_few_points", "points of the map [1]", "largest coefficient error [m]");
   const TermSet terms = terms_of(7);
   const RandomStream stream(3, "few-points");
@@ -128,7 +128,7 @@ TEST(StabilityEdge, ZernikesOnClusteredPoints) {
         judge(empty_map(31, patch / 15, -patch, -patch), terms,
               [&](double x, double y) { return std::hypot(x, y) <= patch; }),
         &edge);
-  // What patch^6 leaves of the highest order, the noise of 700 points covers.
+  // The noise of 700 points hides what patch^6 leaves of the highest order.
   edge.follows(
       {"noise / patch^6", [](double patch) { return 0.6 * kNoise * std::pow(patch, -6); }, 0.03, 0.6, 2});
   edge.expect();

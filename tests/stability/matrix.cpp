@@ -86,7 +86,7 @@ Asked read_arguments(const std::vector<std::string>& arguments) {
   return asked;
 }
 
-// Of this seed, by row.
+// Rows of this seed, by number.
 std::map<int, json> read_rows(const Asked& asked) {
   std::map<int, json> rows;
   std::ifstream file(asked.rows);

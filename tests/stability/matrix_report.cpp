@@ -31,7 +31,7 @@ struct Count {
   int rows = 0, failures = 0;
 };
 
-// By class and its value, classes in alphabetical order.
+// Counts by class and its value, classes in alphabetical order.
 std::map<std::pair<std::string, std::string>, Count> count_by_class(const std::vector<json>& rows) {
   std::map<std::pair<std::string, std::string>, Count> counts;
   for (const json& row : rows)

@@ -25,18 +25,18 @@ namespace {
 
 using nlohmann::json;
 
-// The clock may run longer than the processor works, where others work on the machine, but not for ever.
+// Other work on the machine slows the clock time, but not beyond this factor of the processor time.
 constexpr double kPatience = 8;
-// A machine of an ordinary size goes on working; the program says so where this is not enough.
+// Memory of an ordinary machine. The program must say so if it needs more.
 constexpr rlim_t kMemory = rlim_t(8) << 30;
-// A second opinion is to cost no more than most fits. 512 cells across are 0.07 GB.
+// A second opinion may cost no more than most fits. A grid of 512 points across takes 0.07 GB.
 constexpr OpinionLimits kOpinion{.largest_grid = 512, .seconds = 15, .most_planes = 3, .most_rings = 1};
-// Targets cost no surface, and the finer the grid the nearer to what they are.
+// A second opinion on targets needs no surface, and a finer grid is closer to the truth.
 constexpr OpinionLimits kOpinionOfTargets{
     .smallest_grid = 512, .largest_grid = 1024, .seconds = 30, .most_planes = 5, .most_rings = 1, .field = 4};
-// In margins: targets are to be 1e-4 of the light off, which is a fiftieth.
+// In margins. Targets should be within 1e-4 of the energy, which is a fiftieth of a margin.
 constexpr double kTargetsMayBeOff = 0.1;
-// A surface that is given the height of its specification has it within the spread of its draws; beyond this
+// A surface with the height of its specification has it within the spread of realisations. Beyond this factor
 // nobody would take it for the same mirror.
 constexpr double kAbsurd = 2;
 constexpr double kNearlyAll = 0.99;  // of the slope variance: the terms can carry the band
@@ -96,7 +96,7 @@ Ended run(std::vector<std::string> arguments, const std::filesystem::path& folde
   return ended;
 }
 
-// Whether a sentence tells what to do about it: the form of bad input, or a request.
+// Returns whether a message says what to do about it, by its words.
 bool has_remedy(const std::string& message) {
   for (const char* word : {"allowed:", "; give", ". Give", "take", "Take", " use ", ". Use", "Try", "request",
                            "instead", "fewer", "a larger margin", "would help"})
@@ -104,7 +104,7 @@ bool has_remedy(const std::string& message) {
   return false;
 }
 
-// What ended before there was a result.
+// Records a command that ended before it had a result.
 bool note_end(const char* command, const Ended& ended, json* row) {
   if (ended.violently.empty() && ended.exit <= 1) return false;
   const std::string line = ended.error.substr(0, ended.error.find('\n'));
@@ -123,7 +123,7 @@ json codes(const json& warnings) {
 
 double number(const json& value) { return value.is_number() ? value.get<double>() : std::nan(""); }
 
-// The metrics that the verdict was on: light's own where there are any.
+// Uses the metrics on which the verdict rests: those by waves if there are any.
 void note_mismatch(const json& equivalence, json* row) {
   const json& light = equivalence.value("light", json::object());
   const bool lights = light.value("decides", false) && light.contains("metrics") && !light["metrics"].empty();
@@ -151,7 +151,7 @@ void note_surface(const json& result, json* row) {
   }
   (*row)["rms_ratio"] = height / number(scene["rms_height_m"]);
   (*row)["slope_ratio"] = slope / number(scene["rms_slope_per_axis"]);
-  // A split leaves to scatter what no term has to carry.
+  // A split leaves the roughness that no term has to carry to scatter.
   const bool split = result.contains("split");
   (*row)["carried"] = split ? 1 : 1 - number(scene["band"]["left_out_slope_share"]);
 }
@@ -161,7 +161,7 @@ json noted(const SecondOpinion& opinion, const char* of) {
   return {{"of", of}, {"margins", opinion.worst}, {"statistic", opinion.statistic}, {"rings", opinion.rings}};
 }
 
-// One that cannot be had leaves that of the verdict.
+// If targets give no second opinion, that of the verdict counts.
 json on_targets(const SecondOpinions& opinions) {
   try {
     return noted(opinions.of_targets(kOpinionOfTargets), "waves");
@@ -192,7 +192,7 @@ void note_second_opinion(const json& result, const std::filesystem::path& folder
   (*row)["second_of_targets"] = on_targets(opinions);
 }
 
-// What a wrong prediction is looked into with: where the search went, and when.
+// Records where the search of a fit went, and when, to explain a wrong prediction.
 void note_search(const json& fit, json* row) {
   if (!fit.contains("frontier")) return;
   json& search = (*row)["search"] = json::array();
@@ -280,7 +280,7 @@ std::string failure_of(const json& row) {
   if (outcome == "refused" && !row.value("remedy", false)) return "refused without a remedy";
   if (outcome != "equivalent") return "";
   const json second = row.value("second", json::object());
-  // Not a number has become null.
+  // A NaN has become null.
   if (second.contains("margins") && !(number(second["margins"]) <= 1))
     return "contradicted by " + second["of"].get<std::string>();
   if (number(row["carried"]) < kNearlyAll) return "";

@@ -10,8 +10,8 @@ namespace aberfit {
 inline constexpr double kLongestFit = test::kSanitized ? 1200 : 120;  ///< [s] of processor time, one thread
 
 /// Runs scene k of `seed` through the program, `check` and then `fit`, each a process of its own under the
-/// time limit, and lets tools of the tests' own judge what came. folder: an empty one, for all its files.
-/// The row says
+/// time limit, and judges the result by tools of the tests' own. folder: an empty one, for all its files. The
+/// row says
 ///   seed, row, name, classes, open     which scene
 ///   outcome                            equivalent, undecided, different; refused; crash, time-out (of
 ///   processor time), hang (of the clock) iteration_s, checked_terms         what `check` says of one
@@ -28,11 +28,12 @@ inline constexpr double kLongestFit = test::kSanitized ? 1200 : 120;  ///< [s] o
 /// with nothing where there is nothing to say.
 nlohmann::json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder);
 
-/// Of a row its scene and second_of_targets alone, without the program.
+/// Scene and second_of_targets of a row, without running the program.
 nlohmann::json opinion_on_targets(std::uint64_t seed, int k, const std::filesystem::path& folder);
 
-/// What a row must never be, as words; empty: it is not. Crash, hang, time-out, refusal without a remedy, a
-/// surface that is absurd beside its specification, targets or a verdict that a second opinion contradicts.
+/// Returns the failure of a row in words; empty if it has none. Failures: crash, hang, time-out, refusal
+/// without a remedy, a surface that is absurd for its specification, targets or a verdict that a second
+/// opinion contradicts.
 std::string failure_of(const nlohmann::json& row);
 
 }  // namespace aberfit

@@ -1,5 +1,6 @@
-// What the matrix of random scenes rests on: its scenes are readable and are what they say, a failure is told
-// from what is none, second opinions tell a right surface from one that is wrong. And a few quick rows.
+// Checks the matrix of random scenes itself: its scenes are readable and have what they claim, real failures
+// are told from others, and second opinions tell a right surface from a wrong one. A few quick rows are run,
+// too.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -73,7 +74,7 @@ TEST(RandomScenes, ReachTheEndsOfTheirRangesAndEveryClass) {
   for (const char* of : {"cycles", "light", "f-number"}) EXPECT_EQ(seen[of].size(), 3u) << of;
   EXPECT_EQ(seen["g"].size(), 4u);
   EXPECT_GE(open, kRows * 3 / 5);
-  // A tenth of a range, as its logarithm, lies beyond these.
+  // A tenth of a range, in its logarithm, lies beyond these values.
   EXPECT_LT(smallest, 0.011);
   EXPECT_GT(largest, 4.7);
   EXPECT_LT(fastest, 1.45);
@@ -102,7 +103,7 @@ json equivalent_row() {
           {"second", {{"of", "waves"}, {"margins", 0.3}}}};
 }
 
-// Each change alone makes a failure of a row that is none.
+// Each change alone turns a sound row into a failure.
 TEST(MatrixRows, AreFailuresForEveryReasonThatCounts) {
   EXPECT_EQ(failure_of(equivalent_row()), "");
   for (const char* end : {"crash", "hang", "time-out"}) {
@@ -120,20 +121,20 @@ TEST(MatrixRows, AreFailuresForEveryReasonThatCounts) {
   EXPECT_EQ(failure_of(contradicted), "contradicted by waves");
   contradicted["second"]["margins"] = nullptr;  // not a number
   EXPECT_EQ(failure_of(contradicted), "contradicted by waves");
-  contradicted["outcome"] = "different";  // which nobody was told to rely on
+  contradicted["outcome"] = "different";  // nobody was told to rely on it
   EXPECT_EQ(failure_of(contradicted), "");
   json wrong_targets = equivalent_row();
   wrong_targets["second_of_targets"] = {{"of", "waves"}, {"margins", 0.09}};
   EXPECT_EQ(failure_of(wrong_targets), "");
   wrong_targets["second_of_targets"]["margins"] = 0.11;
   EXPECT_EQ(failure_of(wrong_targets), "wrong targets");
-  wrong_targets["outcome"] = "different";  // by them, perhaps
+  wrong_targets["outcome"] = "different";  // perhaps because of them
   EXPECT_EQ(failure_of(wrong_targets), "wrong targets");
   for (const double ratio : {0.4, 2.1}) {
     json absurd = equivalent_row();
     absurd["rms_ratio"] = ratio;
     EXPECT_EQ(failure_of(absurd), "absurd surface");
-    absurd["carried"] = 0.5;  // few terms do with what they have
+    absurd["carried"] = 0.5;  // few terms carry only their part
     EXPECT_EQ(failure_of(absurd), "");
   }
 }
@@ -155,7 +156,7 @@ TEST(MatrixRows, AreCountedByClassAndHeldToThePromises) {
   EXPECT_FALSE(report_on(slow).sound);
 }
 
-// Polynomials of low order written out, a plane wave and a power, over a sphere.
+// Compares with low-order polynomials written out, a plane wave and a power, over a sphere.
 TEST(IndependentSurface, HasHeightAndSlopesOfItsTerms) {
   TermSet terms{0.1, {{2, 0}, {3, -1}, {4, 4}}, {{30, -20}}, {6}};
   Eigen::VectorXd c(6);
@@ -179,7 +180,7 @@ TEST(IndependentSurface, HasHeightAndSlopesOfItsTerms) {
   }
 }
 
-// Of a mirror whose encircled energies are known in closed form, and given as targets.
+// A study of a mirror whose encircled energies are known in closed form and given as targets.
 Study known_study(const std::map<std::string, double>& radii) {
   json text{{"aberfit", 1},
             {"mirror", {{"focal_length", 2}}},
@@ -198,7 +199,7 @@ Eigen::VectorXd defocus(double height) {
   return c;
 }
 
-// Defocus alone: a disc of even light, of radius 2 f times the slope at the rim, 4 sqrt(3) a/R.
+// Defocus alone gives a uniform disc, of radius 2 f times the slope at the rim, 4 sqrt(3) a/R.
 TEST(SecondOpinions, TellARightSurfaceFromAWrongOneByRays) {
   const double disc = 2 * 2 * 4 * std::sqrt(3.0) * kDefocus / 0.05;
   const Study study = known_study({{"ee50", std::sqrt(0.5) * disc}, {"ee90", std::sqrt(0.9) * disc}});
@@ -206,16 +207,16 @@ TEST(SecondOpinions, TellARightSurfaceFromAWrongOneByRays) {
   const SecondOpinion right = SecondOpinions(study).of_rays(terms, defocus(kDefocus), {});
   EXPECT_EQ(right.obstacle, "");
   EXPECT_LE(right.worst, 0.1) << right.statistic;
-  // The disc is smaller by 1 %: 0.9 (1.01^2 - 1) more light inside, where a margin of 1 % of a given radius
-  // is judged as a Gaussian spot's, 2 (1 - p) ln(1/(1 - p)) of it. Less three standard errors of the rays,
-  // 0.3.
+  // The disc is smaller by 1 %, so 0.9 (1.01^2 - 1) more energy is inside. A margin of 1 % of a given radius
+  // is judged as for a Gaussian spot: 2 (1 - p) ln(1/(1 - p)) of it. We subtract three standard errors of the
+  // rays, 0.3.
   const double margin = 0.01 * 0.2 * std::log(10.0);
   EXPECT_NEAR(SecondOpinions(study).of_rays(terms, defocus(kDefocus / 1.01), {}).worst, 0.9 * 0.0201 / margin,
               0.5);
 }
 
-// Airy's pattern: E = 1 - J0^2 - J1^2 of pi D r/(lambda f); in the first dark ring, 1.2197 lambda f/D,
-// 0.8378 of the light.
+// The Airy pattern has E = 1 - J0^2 - J1^2 of pi D r/(lambda f); the first dark ring, 1.2197 lambda f/D,
+// holds 0.8378.
 TEST(SecondOpinions, TellARightSurfaceFromAWrongOneByWaves) {
   const double airy = 1e-6 * 2 / 0.1;
   const auto share = [](double x) {
@@ -228,17 +229,17 @@ TEST(SecondOpinions, TellARightSurfaceFromAWrongOneByWaves) {
   const Study study = known_study({{"ee50", low * airy}, {"ee83.7785", 1.219669891 * airy}});
   const TermSet terms{0.05, zernike_modes(2, 2), {}, {}};
   EXPECT_LE(SecondOpinions(study).of_waves(terms, defocus(0), {}, {}).worst, 0.1);
-  // Strehl's ratio exp(-(4 pi a/lambda)^2): 0.937 at 20 nm; ee50 loses as much of its half, 0.03 in all.
+  // The Strehl ratio exp(-(4 pi a/lambda)^2) is 0.937 at 20 nm; ee50 loses as much of its half, 0.03 in all.
   EXPECT_GT(SecondOpinions(study).of_waves(terms, defocus(20e-9), {}, {}).worst, 5);
 }
 
-// Two Gaussians, the higher one off the middle; halves of it found by bisection.
+// The curve has two Gaussians, the higher one off the middle; bisection gives its half crossings.
 TEST(IndependentWidth, IsOfTheHighestPeakBetweenItsNearestHalves) {
   const auto gaussian = [](double z) { return std::exp(-0.5 * z * z); };
   const auto one = independent_width(gaussian, 2.0);
   ASSERT_TRUE(one);
   EXPECT_NEAR(one->fwhm, 2 * std::sqrt(2 * std::log(2)), 5e-4);
-  // Either half is off by 1/slope of the curve's error and half of the peak's.
+  // Each half crossing is wrong by 1/slope times the error of the curve and half of the peak's.
   EXPECT_NEAR(one->per_light, 3 / (0.5 * std::sqrt(2 * std::log(2))), 0.3 * one->per_light);
   const auto two = [&](double z) { return 0.3 * gaussian(4 * (z + 1)) + gaussian(1.5 * (z - 0.7)); };
   double peak = 0;
@@ -254,9 +255,9 @@ TEST(IndependentWidth, IsOfTheHighestPeakBetweenItsNearestHalves) {
   EXPECT_FALSE(independent_width([](double z) { return 1 / (1 + 0.1 * z * z); }, 1.0));  // no half in sight
 }
 
-// No terms, all of the roughness as its mean: that is generalised Harvey-Shack, by other means. One spectrum
-// begins at no frequency, one is a thousand cycles wide, and of one a grid of 256 cells sees a part that
-// folds back.
+// Without terms, all roughness acts by its mean, which is generalised Harvey-Shack by other means. One
+// spectrum begins at zero frequency, one is a thousand cycles wide, and one folds back into the 256 grid
+// points.
 TEST_WITH_SHORT_FORM(SecondOpinions, AgreeWithTheTheoryWhereAllOfTheRoughnessScatters) {
   const json steep{{"model", "gaussian"}, {"rms", 40e-9}, {"correlation_length", 5e-3}},
       wide{{"model", "k-correlation"}, {"rms", 40e-9}, {"B", 0.02},
@@ -286,8 +287,8 @@ TEST_WITH_SHORT_FORM(SecondOpinions, AgreeWithTheTheoryWhereAllOfTheRoughnessSca
   }
 }
 
-// Of a perfect mirror N(u) = int |U|^2 v dv/2, U = 2 int J0(v t) exp(-i u t^2/2) t dt (Born and Wolf 8.8, u
-// by the square of the numerical aperture).
+// Encircled energy of a perfect mirror: N(u) = int |U|^2 v dv/2, U = 2 int J0(v t) exp(-i u t^2/2) t dt (Born
+// and Wolf 8.8, u by the square of the numerical aperture).
 double light_in_circle(double u, double widest) {
   constexpr int kNodes = 120;
   double light = 0;
@@ -331,8 +332,8 @@ TEST(SecondOpinions, SayWhereTheyWouldCostTooMuch) {
   EXPECT_NE(SecondOpinions(study).of_waves(terms, none, {}, {.largest_grid = 128}).obstacle, "");
 }
 
-// Two that name their Zernikes, one that names its planes: by the program, at one or two seconds each. How
-// long they take is not looked at: others run beside them.
+// Two scenes name their Zernikes and one names its planes. The program runs each, for one or two seconds.
+// Times are not tested, because other tests run beside them.
 class RandomMatrixSmoke : public testing::TestWithParam<int> {};
 TEST_P(RandomMatrixSmoke, IsEquivalentAndNoFailure) {
   const test::ScratchFolder folder;

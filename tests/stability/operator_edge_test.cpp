@@ -1,5 +1,5 @@
-// Very many terms in one operator, and points beyond the rim of the Zernikes. Truth: sums in long double of
-// single modes by zernike_at, a recurrence of its own, in long double.
+// Very many terms in one operator, and points beyond the rim of the Zernikes. The truth is a long-double sum
+// of single modes by zernike_at, which has a recurrence of its own.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +38,7 @@ PlainSums plain(const TermSet& terms, const Eigen::VectorXd& c, double x, double
   return sum;
 }
 
-// Largest relative error of heights and slopes at a few points, and of the adjoint, <L c, g> = <c, L^T g>
+// Largest relative error of heights and slopes at a few points, and of the adjoint, <L c, g> - <c, L^T g>
 // over |L c| |g|.
 double error_of(const SurfaceOperator& surface, const PupilSample& pupil) {
   const Eigen::VectorXd c = draw_white(surface.terms().size(), 1);
@@ -62,7 +62,7 @@ double error_of(const SurfaceOperator& surface, const PupilSample& pupil) {
   return std::max(error, std::abs(c.dot(surface.apply_transpose(weights)) - there) / size);
 }
 
-// n = 140 makes 10,011 terms, of which nothing is stored.
+// n = 140 gives 10,011 terms; no matrix is stored.
 TEST(ManyTerms, AreAsExactAsFew) {
   const PupilSample pupil = make_pupil(CircleAperture{2 * kRadius, 0}, {PupilLayout::kPolar, 8192, 1});
   for (const int n_max : {2, 8, 20, 40, 80, 140})
@@ -91,7 +91,7 @@ TEST(StabilityEdge, ZernikesBeyondTheRim) {
     const double rim = std::sqrt(n + 1.0);
     edge.add({double(n), std::abs(held.height[0]) / rim, 1 + 1e-12, false, std::abs(grown.height[0]) / rim});
   }
-  // P_n(cosh a) of Legendre: I_0-like at first, e^(n a)/sqrt(2 pi n sinh a) later.
+  // Legendre's P_n(cosh a) resembles I_0 at first, and e^(n a)/sqrt(2 pi n sinh a) later.
   const double a =
       std::log(kBeyond * kBeyond * 2 - 1 + std::sqrt(std::pow(2 * kBeyond * kBeyond - 1, 2) - 1)) / 2;
   edge.follows({"(rho + sqrt(rho^2-1))^n / sqrt(pi n sqrt(rho^2-1) rho)",

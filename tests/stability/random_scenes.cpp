@@ -16,17 +16,17 @@ namespace {
 using nlohmann::json;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kLargestSine = 0.15;  // of scatter; scalar theory has a word from 10 degrees on
+constexpr double kLargestSine = 0.15;  // of scatter; the scalar theory warns from 10 degrees on
 constexpr const char* kFamilies[] = {"k-correlation", "power-law", "uniform", "gaussian", "table", "sum"};
 constexpr const char* kShapes[] = {"circle", "annulus", "circle", "rectangle", "polygon"};
-// Any stretch of rows has them in nearly these shares.
+// Any stretch of rows has the kinds in nearly these fractions.
 constexpr const char* kKinds[] = {"open", "open",    "zernike",   "open",   "geometric",
                                   "open", "open",    "conic",     "open",   "planes",
                                   "open", "open",    "fourier",   "open",   "spherical",
                                   "open", "open",    "geometric", "open",   "known zernikes",
                                   "open", "zernike", "open",      "planes", "grazing"};
 
-// The numbers of a scene before they are a study.
+// The numbers of a scene, before they become a study.
 struct Draw {
   std::string kind, family, shape;
   double across, f_number, wavelength;  // lengths [m]
@@ -38,14 +38,14 @@ struct Draw {
 };
 
 double widest_of(const std::string& kind) {
-  // Every frequency of these is a term's.
+  // Terms of these kinds reach every frequency of the band.
   if (kind == "zernike" || kind == "spherical") return 20;
   if (kind == "fourier" || kind == "geometric") return 100;
   return 3000;
 }
 
-// No finer and no higher than what scatters within kLargestSine. Of a flat spectrum the deflection is g times
-// that of its finest frequency, of others the fine frequencies have a small share of the height.
+// Keeps band and height so low that the scatter stays within kLargestSine. For a flat spectrum the deflection
+// is g times that of its highest frequency. In other spectra high frequencies have little height.
 void keep_in_theory(Draw* draw) {
   const double fine = kLargestSine * draw->across / draw->wavelength, share = draw->flat() ? 1 : 0.2;
   draw->g = std::min(draw->g, std::max(0.02, fine / (4 * share)));
@@ -67,8 +67,8 @@ Draw draw_numbers(int k, Dice* dice) {
   return draw;
 }
 
-// Corners in order of their angle about the middle, so that no edges cross; the middle up to two radii from
-// the axis, as segments of a large mirror are.
+// The corners are in order of their angle about the middle, so that no edges cross. The middle is up to two
+// radii from the axis, as for segments of a large mirror.
 json polygon(double across, Dice* dice) {
   const int corners = dice->whole(3, 9);
   const double away = dice->uniform(0, 1) < 0.6 ? 0 : dice->uniform(0, 1) * across;
@@ -115,7 +115,7 @@ json one_psd(const std::string& family, const Band& band, double across, double 
 json psd_of(const Draw& draw, Dice* dice) {
   if (draw.family == "table") return {{"model", "table"}, {"file", kRandomTable}};
   if (draw.family != "sum") return one_psd(draw.family, draw.band(), draw.across, draw.rms(), dice);
-  // Figure and finish: most of the height below, the finer part above.
+  // Figure and finish: most of the height at low, a smaller part at high frequency.
   const double share = dice->uniform(0.1, 0.9);
   const Band whole = draw.band();
   const Band coarse{whole.low, whole.low + dice->uniform(0.2, 1) * (whole.high - whole.low)};
@@ -126,7 +126,7 @@ json psd_of(const Draw& draw, Dice* dice) {
   return {{"model", "sum"}, {"parts", parts}};
 }
 
-// A conic within a few waves of the parabola, where its focus is worth having, now and then a sphere.
+// A conic within a few waves of the parabola, so that it has a useful focus; now and then a sphere.
 double conic_of(const Draw& draw, Dice* dice) {
   if (dice->uniform(0, 1) < 0.3) return 0;
   const double focal_length = draw.f_number * draw.across, r = 0.5 * draw.across;

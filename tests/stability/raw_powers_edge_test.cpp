@@ -1,5 +1,5 @@
-// Spherical powers: raw rho^4 .. rho^12 in metres against the program's basis of heights at the rim, and
-// powers beside the m = 0 Zernikes that they are sums of.
+// Spherical powers: raw rho^4 .. rho^12 in metres against the program's basis, which has unit height at the
+// rim; and powers fitted together with the m = 0 Zernikes, which are sums of them.
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
@@ -35,8 +35,8 @@ double all_powers(double rho) {
   return sum;
 }
 
-// Columns 1, x^4 .. x^12 in metres, solved with the usual rank decision at 1e-15 of the largest pivot:
-// largest error of a power's height at the rim, relative.
+// Solves for the columns 1, x^4 .. x^12 in metres, with the usual rank decision at 1e-15 of the largest
+// pivot. Returns the largest relative error of a power's height at the rim.
 double raw_error(const HeightMap& map, double radius) {
   std::vector<double> rho, height;
   for (Eigen::Index i = 0; i < map.rows(); ++i)
@@ -66,20 +66,21 @@ TEST(StabilityEdge, RawPowersInMetres) {
     const HeightMap map = map_of(radius, all_powers);
     const MapFitResult fit = fit_map(map, terms);
     const double error = (fit.coefficients.array() / kAtRim - 1).abs().maxCoeff();
-    // map_design.h: 1e-15 of the coefficients times the condition number, here with room for five of them.
+    // map_design.h allows 1e-15 of the coefficients times the condition number; here with a factor of ten.
     edge.add({radius, error, 1e-14 * fit.condition_number, fit.status != MapFitResult::Status::kConverged,
               raw_error(map, radius)});
     least_condition = std::min(least_condition, fit.condition_number);
     most_condition = std::max(most_condition, fit.condition_number);
   }
   edge.expect();
-  // The program's basis does not know the unit.
+  // The condition of the program's basis does not depend on the unit.
   EXPECT_LT(most_condition / least_condition, 1 + 1e-6);
 }
 
 TEST(StabilityEdge, PowersBesideTheZernikesTheyAreSumsOf) {
-  // rho^4 .. rho^12 beside Z_n^0, n = 2 .. n_max: from n_max = 4 on one power after the other is a sum of
-  // Zernikes. Error: of the coefficients; promised where the points tell all terms apart.
+  // rho^4 .. rho^12 together with Z_n^0, n = 2 .. n_max. From n_max = 4 on, one power after the other is a
+  // sum of Zernikes. The error is that of the coefficients; it is promised if the points distinguish all
+  // terms.
   Edge edge("powers_and_zernikes", "highest order of the m = 0 Zernikes [1]",
             "largest coefficient error / height [1]");
   edge.linear_parameter();
@@ -95,7 +96,7 @@ TEST(StabilityEdge, PowersBesideTheZernikesTheyAreSumsOf) {
     const bool warned = std::any_of(fit.warnings.begin(), fit.warnings.end(),
                                     [](const Warning& w) { return w.code == "m0-overlap"; });
     EXPECT_EQ(warned, overlapping > 0) << "n_max " << n_max;
-    // Whatever the share, the surface is the one measured.
+    // However the height is divided between them, the surface is the measured one.
     EXPECT_LT(fit.rms_residual, 1e-12 * fit.rms_map) << "n_max " << n_max;
     edge.add({double(n_max), (powers.array() / kAtRim - 1).abs().maxCoeff(), 1e-13 * fit.condition_number,
               fit.status == MapFitResult::Status::kRankDeficient && warned});

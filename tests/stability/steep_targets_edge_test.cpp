@@ -1,5 +1,5 @@
-// Targets of a theory of first order in the slope contradict each other for a surface that is traced exactly:
-// its radii are 4.6 slope^2 above those that its height and its angles of scatter go with (PHYSICS 5).
+// Targets of a theory of first order in the slope contradict each other for an exactly traced surface. Its
+// radii exceed those that match its height and scatter angles by 4.6 slope^2, relative (PHYSICS 5).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@
 namespace aberfit::test {
 namespace {
 
-// 304 plane waves of a uniform band 2 to 328 cycles across, whose RMS slope per axis is 9450 /m of its
-// height.
+// The surface has 304 plane waves of a uniform band 2 to 328 cycles across. Its RMS slope per axis is 9450 /m
+// times its height.
 ResultDocument fitted(double slope, const std::string& theory, const std::string& rays = "") {
   const double low = 15.53, high = 3006.86;
   const double per_height = 2 * std::numbers::pi * std::sqrt((low * low + high * high) / 4);
@@ -30,14 +30,15 @@ ResultDocument fitted(double slope, const std::string& theory, const std::string
 }
 
 TEST_WITH_SHORT_FORM(StabilityEdge, SteepTargets) {
-  // Just before the edge, where the contradiction is as large as a tolerance, and beyond it.
+  // The slopes lie just before the edge, where the contradiction equals a tolerance, and beyond it.
   for (const double slope : aberfit::test::all_or_few(whole, std::vector{0.0146, 0.02, 0.045}, {1})) {
     const ResultDocument result = fitted(slope, "auto");
     EXPECT_EQ(result.scene.theory, slope > 0.015 ? "rays" : "ghs") << slope;
     EXPECT_EQ(result.fitted.fit.status, FitStatus::kConverged) << slope << ": " << result.fitted.fit.message;
     EXPECT_EQ(result.judgement.verdict, Verdict::kEquivalent) << slope;
   }
-  // What is avoided: seven tolerances are left of the nine that 4.6 slope^2 is there.
+  // With the theory forced to be geometric, which `auto` avoids, the fit is far from its targets. It leaves
+  // about seven of the nine tolerances by which theory and rays differ, 4.6 slope^2.
   const ResultDocument closed = fitted(0.045, "geometric", R"("trace": {"rays": 16384},)");
   EXPECT_NE(closed.fitted.fit.status, FitStatus::kConverged);
   double worst = 0;

@@ -1,4 +1,5 @@
-// Transforms of odd, prime and oblong sizes, and sums of very many rays. Truth: direct sums in long double.
+// Transforms of odd, prime and oblong sizes, and sums over very many rays. The truth is direct sums in long
+// double.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +28,7 @@ std::vector<Complex> random_field(int size) {
   return values;
 }
 
-// exp(-2 pi i k/n), each from its own angle.
+// Roots exp(-2 pi i k/n), each from its own angle.
 std::vector<LongComplex> roots(int n) {
   std::vector<LongComplex> result(static_cast<std::size_t>(n));
   for (int k = 0; k < n; ++k)
@@ -35,7 +36,7 @@ std::vector<LongComplex> roots(int n) {
   return result;
 }
 
-// One line by the definition.
+// Transform of one line by the definition.
 std::vector<LongComplex> direct(const std::vector<LongComplex>& line) {
   const std::size_t n = line.size();
   const std::vector<LongComplex> root = roots(int(n));
@@ -45,7 +46,7 @@ std::vector<LongComplex> direct(const std::vector<LongComplex>& line) {
   return result;
 }
 
-// The definition as it is first written: each root from the one before by multiplication.
+// The naive form of the definition: each root from the one before by multiplication.
 std::vector<Complex> by_recurrence(const std::vector<Complex>& line) {
   const std::size_t n = line.size();
   std::vector<Complex> result(n);
@@ -65,8 +66,8 @@ double relative_error(const std::vector<Found>& found, const std::vector<LongCom
   return double(std::sqrt(error / size));
 }
 
-// Schatzman 1996: RMS error of a good fast transform eps times a few roots of log n; here with room for
-// Bluestein's three transforms of a prime.
+// Schatzman 1996: the RMS error of a good fast transform is eps times a few roots of log n. Here it has room
+// for Bluestein's three transforms of a prime.
 double promised(int size) { return 1e-16 * (2 + 2 * std::log2(double(size))); }
 
 TEST(StabilityEdge, TransformsOfOddAndPrimeLengths) {
@@ -80,13 +81,13 @@ TEST(StabilityEdge, TransformsOfOddAndPrimeLengths) {
     fourier_transform(1, n, line.data());
     edge.add({double(n), relative_error(line, truth), promised(n), false, avoided});
   }
-  // Errors of the roots grow by eps a step, at random: r^2 = sum of (eps k)^2/3 ...
+  // Errors of the roots grow by eps per step, at random: r^2 = sum of (eps k)^2/3 ...
   edge.follows({"roots by recurrence: 5e-17 n", [](double n) { return 5e-17 * n; }, 60, 2200, 4});
   edge.expect();
 }
 
 TEST(StabilityEdge, TransformsOfOblongFields) {
-  // 2310 values in ever longer rows; lines along both axes by the definition.
+  // 2310 values in ever longer rows; the truth is both transforms by the definition.
   constexpr int kSize = 2310;
   for (const int rows : {1, 2, 11, 42, 77, 210, 1155, 2310}) {
     const int columns = kSize / rows;

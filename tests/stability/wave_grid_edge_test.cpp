@@ -1,6 +1,6 @@
-// A wave of the surface on a pupil grid that is too coarse for it. Truth: the pattern of a phase grating,
-// J_q(beta)^2 of the light in order q (Goodman, Introduction to Fourier Optics, 4.4.4), each order an Airy
-// pattern at q lambda f_focal f.
+// A plane wave of the surface on a pupil grid that is too coarse for it. The truth is a phase grating: order
+// q has J_q(beta)^2 of the energy (Goodman, Introduction to Fourier Optics, 4.4.4), as an Airy pattern at q
+// lambda f_focal f.
 #include <gtest/gtest.h>
 
 #include <boost/math/special_functions/bessel.hpp>
@@ -17,8 +17,8 @@ constexpr double kFocal = 2.8, kDiameter = 0.4, kWavelength = 632.8e-9, kPhase =
 constexpr int kCells = 128;
 
 TEST(StabilityEdge, WavesOfTheSurfaceOnCoarseGrids) {
-  // Light within a ring half way to the order +-1 is that of order 0, J_0(beta)^2, less what the Airy wings
-  // of order 0 have outside and those of +-1 inside: a share of 1/(pi^2 cycles across) each, 1.2 % at 16.
+  // A ring half way to the orders +-1 holds the energy of order 0, J_0(beta)^2. Airy wings change it: those
+  // of order 0 outside and those of +-1 inside have 1/(pi^2 cycles across) each, 1.2 % at 16.
   Edge edge("wave_grid", "cycles of the surface per cell of the grid [1]",
             "error of the light inside a ring [1]");
   const double pitch = kDiameter / kCells;
@@ -33,7 +33,7 @@ TEST(StabilityEdge, WavesOfTheSurfaceOnCoarseGrids) {
     const SurfaceOperator surface(terms, pupil, focus_operator(FocusModel::kWaves, 1));
     const LightPath path{mirror,      pupil,     surface,         FocusModel::kWaves,
                          kWavelength, &aperture, Centre::kNominal};
-    // Where the orders of a longer wave that looks the same would be inside.
+    // If the wave is aliased, it looks longer, and its diffraction orders lie inside this radius.
     const double ring = std::min(0.5 * cycles, 0.45) * kWavelength * kFocal / pitch;
     Warnings warnings;
     const double found =
@@ -47,8 +47,8 @@ TEST(StabilityEdge, WavesOfTheSurfaceOnCoarseGrids) {
 }
 
 TEST(StabilityEdge, RaysOnCoarseGrids) {
-  // Rays in rows and columns see a wave of one cycle in two points at one phase. Truth: the RMS radius in
-  // closed form, 2 f_focal times the RMS slope 2 pi f a/sqrt(2), small angles.
+  // Rays in rows and columns see a wave of one cycle per step, or two points per cycle, at one phase. The
+  // truth is the closed RMS radius, 2 f_focal times the RMS slope 2 pi f a/sqrt(2), for small angles.
   Edge edge("ray_grid", "cycles of the surface per step of the grid [1]",
             "relative error of the RMS radius [1]");
   const Mirror mirror{.focal_length = kFocal};
@@ -63,12 +63,12 @@ TEST(StabilityEdge, RaysOnCoarseGrids) {
     const SurfaceOperator surface(terms, pupil, focus_operator(FocusModel::kRays, 1));
     const LightPath path{mirror, pupil, surface};
     Warnings warnings;
-    // sin: the grid is symmetric about the axis, half a step off it.
+    // A sine, because the grid is symmetric about the axis, half a step off it.
     const double found = focus_statistics(path, Eigen::Vector2d(0, height), {RmsRadius{0}}, 1, &warnings)[0];
     const double slope = 2 * std::numbers::pi * cycles / pitch * height / std::sqrt(2);
     bool told = false;
     for (const Warning& warning : warnings) told = told || warning.code == "terms-undersampled";
-    // t^2/2 at f/5 and the ends of the rows, one part in 128.
+    // Error: t^2/2 at f/5 and the ends of the rows, one part in 128.
     edge.add({cycles, std::abs(found / (2 * kFocal * slope) - 1), 0.02, told});
   }
   edge.expect();

@@ -14,7 +14,7 @@
 namespace aberfit {
 namespace {
 
-constexpr double kLargestSine = 0.15;  // of scatter; scalar theory has a word from 10 degrees on
+constexpr double kLargestSine = 0.15;  // of scatter; the scalar theory warns from 10 degrees on
 
 nlohmann::json aperture_of(const std::string& shape, double across, Dice* dice) {
   if (shape == "rectangle") return rectangle(across, dice->uniform(0.5, 1.0));
@@ -51,7 +51,7 @@ WideScene wide_scene(int k) {
   const std::string family = kFamilies[k % 5], shape = kShapes[k / 5 % 6];
   const double across = dice.log_uniform(5e-3, 10), f_number = dice.log_uniform(1.5, 40),
                wavelength = dice.log_uniform(13.5e-9, 10.6e-6);
-  // A flat spectrum has all of its height far out: above g = 1 it leaves no focus but a halo.
+  // A flat spectrum has most of its height at high frequency. Above g = 1 it leaves only a halo.
   const bool flat = family == "uniform" || family == "gaussian";
   const double g = dice.log_uniform(0.1, flat ? 1 : 2);
   WideScene scene;

@@ -1,4 +1,4 @@
-// Mirrors that nobody chose, with bands as wide as real ones have: what an iteration and a whole fit take.
+// Randomly generated mirrors with bands as wide as real ones: the time of an iteration and of a whole fit.
 #include "wide_scenes.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,8 @@ Timed timed(const Study& study) {
   return timed;
 }
 
-// One line: the scene, where it is cut, its terms, one iteration as checked, and the time of the fit.
+// Prints one line: the scene, its cut, its terms, one iteration as `check` predicts it, and the time of the
+// fit.
 void print(int k, const WideScene& scene, const Study& study, const Timed& timed) {
   std::printf("%2d %-72s cut %6.1f cycles %5d terms  iteration %6.2f s  fit %7.1f s  %s\n", k,
               scene.name.c_str(), checked_cycles(timed.report, study), int(timed.result.fitted.terms.size()),
@@ -54,7 +55,8 @@ void print(int k, const WideScene& scene, const Study& study, const Timed& timed
 
 class WideMatrix : public testing::TestWithParam<int> {};
 
-// One after the other, each by itself with --gtest_filter='*/12'; alone on the machine, release build.
+// The scenes run one after the other, or singly with --gtest_filter='*/12'. The times need an idle machine
+// and a release build.
 TEST_P(WideMatrix, TakesLessThanTwoMinutes) {
   const WideScene scene = wide_scene(GetParam());
   const Study study = study_of(scene, testing::TempDir());
@@ -65,7 +67,7 @@ TEST_P(WideMatrix, TakesLessThanTwoMinutes) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeded, WideMatrix, testing::Range(0, kWideScenes));
 
-// The cheapest, one of them without terms. How long they take is not looked at: others run beside them.
+// The cheapest scenes, one of them without terms. Times are not tested, because other tests run beside them.
 class WideMatrixSmoke : public testing::TestWithParam<int> {};
 TEST_P(WideMatrixSmoke, DoesNotFail) {
   const WideScene scene = wide_scene(GetParam());
@@ -76,7 +78,7 @@ TEST_P(WideMatrixSmoke, DoesNotFail) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeded, WideMatrixSmoke, testing::Values(1, 14));
 
-// What the numbers of the table stand for: the height of its scene.
+// The table of a scene has the RMS height of the scene.
 TEST(WideScenes, TablesHaveTheHeightOfTheirG) {
   for (const int k : {4, 9, 14}) {
     const WideScene scene = wide_scene(k);

@@ -1,4 +1,4 @@
-// Comments in studies that are called .jsonc, their texts for people, and what a study is told that it lacks.
+// Comments in .jsonc studies, the explanations that they give, and messages about missing blocks.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ TEST(CommentedStudy, IsTheStudyWithoutItsComments) {
 TEST(CommentedStudy, HasItsErrorsWhereTheTextHasThem) {
   const std::string unit = refusal(commented("\"2.8 furlong\""), "study.jsonc");
   EXPECT_NE(unit.find("study.jsonc: /mirror/focal_length: "), std::string::npos) << unit;
-  // Line and column of a syntax error: those of the character in the text as it stands, counted here.
+  // A syntax error is reported with line and column of the character in the text, which we count here.
   const std::string text = commented("2.8.1");
   const std::size_t at = text.find("2.8.1") + 3;
   const std::size_t line = 1 + std::size_t(std::count(text.begin(), text.begin() + long(at), '\n'));
@@ -89,7 +89,7 @@ TEST(StudyForPeople, HasADescriptionThatGoesWithItAndAPlaceOfItsSchema) {
             std::string::npos);
 }
 
-// What the message gives as examples is itself what was missing.
+// The examples in the message are exactly the missing blocks.
 TEST(MissingBlocks, AreToldTogetherWithExamplesThatMakeAStudy) {
   const std::string said = refusal("{\"aberfit\": 1}", "study.json");
   const std::string begin = "study.json: missing; a study needs ";

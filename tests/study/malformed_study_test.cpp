@@ -17,7 +17,7 @@ using test::MalformedStudy;
 using test::run_program;
 using test::ScratchFolder;
 
-// The deep one stops at the 64th level; the table names the beginning of its pointer.
+// The deep study stops at the 64th level; the table has the beginning of its pointer.
 void expect_pointer(const MalformedStudy& bad, const std::string& pointer) {
   if (bad.name == "TooDeep")
     EXPECT_TRUE(pointer.starts_with(bad.pointer)) << pointer;
@@ -47,7 +47,7 @@ TEST(MalformedStudy, IsRefusedWithPointerFoundAndAllowed) {
   EXPECT_GE(names.size(), 45u);
 }
 
-// A word that is near none, and one that is right but there twice, come without a guess.
+// There is no guess for a word that resembles none, or for a right word that occurs twice.
 TEST(MalformedStudy, GuessesOnlyWhatIsNear) {
   for (const auto& [pointer, value] :
        {std::pair("/aperture/shape", R"("dodecahedron")"), std::pair("/aperture/shape", "7"),
@@ -73,7 +73,7 @@ TEST(MalformedStudy, ThatDoesNotExistIsAnInputError) {
   }
 }
 
-// All of them, each with another command: nothing but the message may come out, and nothing may be written.
+// Every malformed study is given to another command. Only the message may be printed, and nothing written.
 TEST(Program, RefusesMalformedStudiesWithExitCode2AndWritesNothing) {
   ASSERT_TRUE(std::filesystem::exists(ABERFIT_PROGRAM)) << "build the program first: " ABERFIT_PROGRAM;
   const ScratchFolder folder;

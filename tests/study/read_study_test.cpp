@@ -33,7 +33,7 @@ const StatisticRequest& find(const Study& study, const std::string& name, std::s
   throw std::runtime_error("no statistic " + name);
 }
 
-// By whatever name, in the plane or on the sky: the radius is what is kept.
+// The study keeps the radius, whether it is given as radius or diameter, as length or angle.
 TEST(ReadStudy, EncircledEnergiesMayBeDiametersAndAngles) {
   const double f = parse_study(changed("/title", "\"x\""), "study.json").mirror.focal_length;
   for (const auto& [key, value, radius] :
@@ -50,7 +50,7 @@ TEST(ReadStudy, EncircledEnergiesMayBeDiametersAndAngles) {
     ASSERT_TRUE(read.value);
     EXPECT_NEAR(*read.value, radius, 1e-12 * radius) << key << value;
     EXPECT_DOUBLE_EQ(read.standard_error, std::string(key) == "ee80" ? 1e-6 : 0.5e-6);
-    // Resolved it is the radius, and reads as the same.
+    // The resolved study gives the radius, and reads as the same study.
     const Study again = parse_study(resolved_study(study).dump(), "study.json");
     EXPECT_EQ(again.target.statistics[0].name, read.name);
     EXPECT_DOUBLE_EQ(*again.target.statistics[0].value, *read.value);
@@ -147,7 +147,8 @@ TEST(ReadStudy, ReadsEveryBlock) {
   EXPECT_EQ(study.verify_draws, 20);
 }
 
-// A line of a drawing, A/f^B in the middle of a wide band: back to profiles by the integral over the surface.
+// The line of a drawing is A/f^B. In the middle of a wide band, the profile PSD by the integral over the
+// surface must be that line.
 TEST(ReadStudy, ReadsTheLineOfADrawing) {
   for (const double exponent : {0.7, 1.5, 2.0, 3.3}) {
     const auto m = model_of<PowerLawPsd>(
@@ -155,7 +156,7 @@ TEST(ReadStudy, ReadsTheLineOfADrawing) {
         std::to_string(exponent) + R"(}, "f_min": "1 /m", "f_max": "1e9 /m"})");
     EXPECT_FALSE(m.rms.has_value());
     EXPECT_DOUBLE_EQ(m.exponent, exponent + 1);
-    const double f = 5000;  // 5 /mm; above, f_max lacks (f/f_max)^B of it at most
+    const double f = 5000;  // 5 /mm; f_max takes at most (f/f_max)^B from it
     const double line = 0.02e-18 * 1e-3 * std::pow(5, -exponent);
     EXPECT_NEAR(profile_psd(RadialPsd(m), f), line, (2 * std::pow(f / 1e9, exponent) + 1e-8) * line)
         << exponent;
@@ -209,7 +210,8 @@ TEST(ReadStudy, ReadsEveryPsdModel) {
   EXPECT_EQ(gaussian.correlation_length, 0.02);
 }
 
-// Of exponent 3 the PSD has a closed form in l, of exp(-r/l): 2 pi l^2 sigma^2 (1 + (2 pi l f)^2)^(-3/2).
+// With exponent 3 the PSD of the autocorrelation exp(-r/l) has a closed form: 2 pi l^2 sigma^2 (1 + (2 pi l
+// f)^2)^(-3/2).
 TEST(ReadStudy, CorrelationLengthOfAKCorrelationIsThatOfItsAutocorrelation) {
   const double length = 8e-3, rms = 20e-9;
   const auto k = model_of<KCorrelationPsd>(
@@ -222,7 +224,7 @@ TEST(ReadStudy, CorrelationLengthOfAKCorrelationIsThatOfItsAutocorrelation) {
         2 * std::numbers::pi * std::pow(length * rms, 2) * std::pow(1 + std::pow(turn * f, 2), -1.5) / inside;
     EXPECT_NEAR(psd(f) / closed, 1, 1e-12) << f;
   }
-  // By either name it is one PSD, to the bit, in and out of a band, and resolved as B.
+  // Both names give the same PSD to the bit, with and without a band, and the resolved study has B.
   for (const std::string rest :
        {R"("exponent": 5})", R"("exponent": 2.2, "f_min": "1 /m", "f_max": "1 /mm"})"}) {
     const std::string head = R"({"model": "k-correlation", "rms": "20 nm", )";
@@ -268,7 +270,7 @@ TEST(ReadStudy, LoadsTablesRelativeToTheStudyInTheirUnits) {
   const auto table = std::get<TablePsd>(psd_model(study.roughness.value()));
   EXPECT_EQ(table.psd, file.table.psd.psd);
 
-  // A wavefront has twice the surface's heights, a scale of 3 nine times its PSD.
+  // A wavefront is twice the surface height, and a scale of 3 multiplies the PSD by nine.
   const Study wavefront = read(units + R"(, "of": "wavefront", "scale": 3)");
   EXPECT_NEAR(std::get<PsdTableFile>(wavefront.roughness->model).table.psd.psd[1] / 22.5e-24, 1, kRounding);
 
@@ -285,7 +287,7 @@ TEST(ReadStudy, ReadsProfileTablesInProfileUnits) {
   const std::string path =
       folder.write("study.json", with_psd(R"({"model": "table", "file": "profile.csv", "kind": "1d"})"));
   const auto file = std::get<PsdTableFile>(read_study(path).roughness.value().model);
-  EXPECT_EQ(file.psd_unit, "");  // as the header says
+  EXPECT_EQ(file.psd_unit, "");  // as in the header
   // S2 = (A/4) f^-3 integrated over y with f^2 + y^2 is (A/2) f^-2: half of the one-sided S1 = A f^-2 of this
   // table. The table goes on as the same power law, so the conversion has no truncation error.
   EXPECT_NEAR(file.table.psd.psd[1] / (1e-15 / 4 * 1e-3), 1, 1e-9);
@@ -409,7 +411,7 @@ TEST(ResolvedStudy, ReadsBackAsItself) {
     const nlohmann::ordered_json resolved = resolved_study(study);
     const Study again = parse_study(resolved.dump(2), path);
     EXPECT_EQ(resolved_study(again).dump(2), resolved.dump(2));
-    // What is loaded from files is not part of the resolved text.
+    // Data that were loaded from files are not part of the resolved text.
     for (std::size_t i = 0; i < study.target.statistics.size(); ++i) {
       EXPECT_EQ(again.target.statistics[i].profile_dz, study.target.statistics[i].profile_dz);
       EXPECT_EQ(again.target.statistics[i].name, study.target.statistics[i].name);
@@ -451,7 +453,7 @@ std::string refusal_of(const std::string& aperture) {
   return "nothing refused";
 }
 
-// The resolved study has the shape before the spiders, which reads as the same.
+// The resolved study keeps shape and spiders apart, and reading it gives the same clear area.
 TEST(ReadStudy, SegmentsAndSpidersAreWhatIsClear) {
   const std::string hexagons =
       R"({"shape": "segments", "hexagons": {"rings": 1, "flat_to_flat": "0.1 m", "gap": "2 mm"})";
@@ -512,7 +514,7 @@ TEST(ReadStudy, AMaskIsItsOutline) {
   EXPECT_THROW(read(""), InputError);
 }
 
-// Resolved a band is its lines, which read as the same.
+// The resolved study gives a band by its lines, which read as the same.
 TEST(ReadStudy, LightMayBeABand) {
   const auto with_light = [](const std::string& light) { return parse(changed("/light", light)); };
   const Study filter = with_light(R"({"band": {"from": "500 nm", "to": "600 nm", "count": 4}})");

@@ -17,7 +17,7 @@ inline int run_program(const ScratchFolder& folder, const std::string& arguments
   const std::string command =
       "cd '" + folder.file("") + "' && '" ABERFIT_PROGRAM "' " + arguments + " > stdout.txt 2> stderr.txt";
   const int status = std::system(command.c_str());
-  // Whatever a test prints as JSON is as the schema of results has it.
+  // JSON that a test prints must follow the schema of results.
   const auto printed =
       nlohmann::ordered_json::parse(std::ifstream(folder.file("stdout.txt")), nullptr, false);
   if (printed.is_object() && printed.contains("kind") && printed.contains("aberfit"))
@@ -25,7 +25,7 @@ inline int run_program(const ScratchFolder& folder, const std::string& arguments
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-/// A budget of time, as an argument, for what the release build does in so many seconds.
+/// A time limit as an argument: seconds of the release build, more for slower builds.
 inline std::string in_seconds(int of_release) {
   return " --seconds " + std::to_string((kSanitized ? 10 : 1) * of_release) + " ";
 }

@@ -26,8 +26,8 @@ void collect_keys(const ordered_json& study, std::set<std::string>* keys) {
   }
 }
 
-// Names of the properties anywhere in a schema, those of patternProperties by the sample that the description
-// gives.
+// Collects names of properties anywhere in a schema, those of patternProperties by the sample in the
+// description.
 void collect_properties(const ordered_json& schema, std::set<std::string>* names) {
   if (schema.is_object()) {
     if (schema.contains("properties") && schema["properties"].is_object())
@@ -53,7 +53,7 @@ TEST(StudySchema, KnowsEveryKeyThatTheReaderTakes) {
   std::set<std::string> properties;
   collect_properties(study_schema(), &properties);
   std::set<std::string> keys;
-  // Written out by hand: the contract of the format, not what the code happens to know.
+  // The list is written by hand, because it is the contract of the format, whatever the code does.
   for (const char* key : {"aberfit",
                           "$schema",
                           "title",
@@ -205,7 +205,7 @@ TEST(StudySchema, DocumentsUnitsAndDefaults) {
   EXPECT_EQ(schema["properties"]["equivalence"]["properties"]["margin"]["default"], 0.01);
 }
 
-// Examples in the schema are read by the reader in a study of their own where one key is enough.
+// Each example in the schema is put into a study and read, if one key is enough.
 TEST(StudySchema, GivesExamplesThatTheReaderTakes) {
   const ordered_json schema = study_schema();
   int tried = 0;
@@ -224,7 +224,7 @@ TEST(StudySchema, GivesExamplesThatTheReaderTakes) {
   EXPECT_GE(tried, 5);
 }
 
-// Python and its jsonschema module (Debian python3-jsonschema), a validator written by others.
+// The validator is Python's jsonschema module (Debian python3-jsonschema), written by others.
 class SchemaValidator : public ::testing::Test {
  protected:
   static bool available() {
@@ -292,7 +292,7 @@ TEST_F(SchemaValidator, AgreesWithTheReader) {
     studies.emplace_back(study.name, study.text);
   }
   EXPECT_GE(bad.size(), 40u);
-  // Without the validator only the count above is checked: the program does not depend on it.
+  // The validator is optional. Without it only the count above is checked.
   if (!available()) return;
   EXPECT_EQ(valid(studies), good);
 }

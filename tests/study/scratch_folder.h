@@ -8,7 +8,7 @@
 
 namespace aberfit::test {
 
-/// A folder of its own for a test, gone with it.
+/// A temporary folder for a test, removed with the object.
 class ScratchFolder {
  public:
   ScratchFolder() {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <cstddef>
 
-// Ring-through profile of a rotationally symmetric mirror without the ray tracer: every ray of height r meets
-// the plane z = f + dz at one signed distance x(r) from the axis, so the share of the light inside a ring is
-// an area, the sum of (r_out^2 - r_in^2)/R^2 over the intervals of r where |x(r)| <= ring. The ends of the
-// intervals are found to rounding by bisection.
+// Ring-through profile of a rotationally symmetric mirror without the ray tracer. Every ray of height r meets
+// the plane z = f + dz at one signed distance x(r) from the axis. So the energy inside a ring is an area: the
+// sum of (r_out^2 - r_in^2)/R^2 over the intervals of r with |x(r)| <= ring. Bisection finds the ends of the
+// intervals to rounding.
 namespace aberfit::test {
 
 /// The mirror of fits/spherical and the planes of its profile.
@@ -20,8 +20,8 @@ struct SphericalMirror {
   double step = 40e-6;                           ///< [m]
 };
 
-/// Signed distance [m] from the axis at which the ray of height r meets z = f + dz. Where the surface is
-/// inclined by a = atan(dz/dr) a ray along -z turns by 2 a, so it moves by tan(2 a) per metre of descent.
+/// Signed distance [m] from the axis at which the ray of height r meets z = f + dz. If the surface is
+/// inclined by a = atan(dz/dr), a ray along -z turns by 2 a, so it moves by tan(2 a) per metre of descent.
 inline double axis_distance(const SphericalMirror& mirror, double r, double dz) {
   double height = r * r / (4 * mirror.focal_length), slope = r / (2 * mirror.focal_length);
   for (std::size_t i = 0; i < mirror.rim_height.size(); ++i) {
@@ -32,8 +32,8 @@ inline double axis_distance(const SphericalMirror& mirror, double r, double dz) 
   return r - (mirror.focal_length + dz - height) * std::tan(2 * std::atan(slope));
 }
 
-/// Share of the light inside the ring at z = f + dz. The 4000 steps that look for the edges of the intervals
-/// are enough for the planes of the study: 400,000 steps change no share by more than 4e-12.
+/// Fraction of the energy inside the ring at z = f + dz. The 4000 steps that find the intervals are enough
+/// for the planes of the study: 400,000 steps change no fraction by more than 4e-12.
 inline double ring_share(const SphericalMirror& mirror, double dz) {
   constexpr int kSteps = 4000;
   const auto is_inside = [&](double r) { return std::abs(axis_distance(mirror, r, dz)) <= mirror.ring; };

@@ -41,7 +41,7 @@ TEST(SphericalStudy, FittedMirrorHasTheProfileByTheOtherMethod) {
 }
 
 TEST(SphericalStudy, SaysWhenZernikesAndPowersOverlap) {
-  // Z_2^0, Z_4^0, Z_6^0 and rho^4, rho^6: the slopes of the five span three dimensions.
+  // Z_2^0, Z_4^0, Z_6^0, rho^4 and rho^6: the slopes of these five terms span three dimensions.
   Study study = spherical_study();
   study.terms.spherical = {4, 6};
   study.terms.zernike = ZernikeSpec{2, 6};

@@ -1,4 +1,4 @@
-// Cases of a study: what they are read as, and the hash that names them.
+// Cases of a study: the studies that they give, and the hash that names them.
 #include "aberfit/study/study_cases.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ std::string id_at(const ordered_json& study, const CaseValues& values) {
   return cases.id(cases.at(values));
 }
 
-// The vectors of FIPS 180-4, and one of many bytes by sha256sum.
+// The test vectors of FIPS 180-4, and a long one by sha256sum.
 TEST(ContentHash, IsSha256) {
   EXPECT_EQ(content_hash(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(content_hash("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
@@ -47,7 +47,7 @@ TEST(StudyCases, AreReadAsTheFileWithTheirValuesWouldBe) {
   same["roughness"]["psd"]["rms"] = "30 nm", same["aperture"]["diameter"] = 0.3;
   same.erase("vary");
   EXPECT_EQ(resolved_study(one), resolved_study(parse_study(same.dump(), "s.json")));
-  // Defaults follow the values: a rectangle has no polar pupil.
+  // Defaults follow the values; for example, a rectangle has no polar pupil.
   EXPECT_EQ(resolved_study(cases.at(
                 {{"/aperture", R"({"shape": "rectangle", "width": 1, "height": 1})"}}))["trace"]["pupil"],
             "sobol");
@@ -65,7 +65,7 @@ TEST(StudyCases, HaveANameThatSaysWhatIsComputedAndNothingElse) {
   const CaseValues at = {{"/roughness/psd/rms", "\"30 nm\""}};
   const std::string id = id_at(plain(), at);
   EXPECT_EQ(id.size(), 64u);
-  // The bytes that FORMATS names, put together anew.
+  // The bytes that FORMATS names, composed anew.
   ordered_json file = plain();
   file["roughness"]["psd"]["rms"] = "30 nm";
   nlohmann::json sorted = resolved_study(parse_study(file.dump(), "s.json"));
@@ -154,7 +154,7 @@ TEST(StudyCases, RefuseABlockThatCannotBeMeant) {
   EXPECT_THROW(cases_of(study), InputError);
 }
 
-// The resolved study says the same once more.
+// The resolved study repeats the block.
 TEST(StudyCases, TheBlockIsWrittenAsItWasRead) {
   ordered_json study = plain();
   study["vary"] = ordered_json::parse(R"({"over": {"/terms": ["auto", {"zernike": {"n_max": 4}}],

@@ -1,4 +1,4 @@
-// Changes of a study before it is read, `--set`: the study changed is the study with the text changed.
+// Changes of a study before it is read (`--set`) must give the same study as the changed text.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -68,7 +68,7 @@ TEST(StudyChanges, WhatIsWrongWithOneNamesTheOption) {
   } cases[] = {
       {{"/roughness/psd/rms=-3 nm"}, {"--set \"/roughness/psd/rms=-3 nm\": /roughness/psd/rms", "above 0"}},
       {{"/roughness/psd/rms=60"}, {"study.json with --set \"/roughness/psd/rms=60\""}},
-      // The band ends below its beginning: the key at fault is the one beside.
+      // The band ends below its beginning, so the error names the other key.
       {{"/roughness/psd/f_min=50 /m"}, {"--set \"/roughness/psd/f_min=50 /m\"", "/roughness/psd/f_max"}},
       {{"/rufness=1"}, {"--set \"/rufness=1\"", "unknown key"}},
       {{"/roughness/psd/rms"}, {"command line", "no value"}},

@@ -6,7 +6,7 @@
 // Studies as text, good and bad, for the tests of the reader, the program and the schema.
 namespace aberfit::test {
 
-/// No more than a study must have.
+/// Only the required blocks.
 inline const char* const kMinimalStudy = R"({
   "aberfit": 1,
   "mirror": { "focal_length": "2.8 m" },
@@ -15,7 +15,7 @@ inline const char* const kMinimalStudy = R"({
   "roughness": { "psd": { "model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": "39.92 /m" } }
 })";
 
-/// Every block, with what this version has.
+/// A study with every block and key of this version.
 inline const char* const kFullStudy = R"json({
   "aberfit": 1, "$schema": "./aberfit.schema.json", "title": "every block", "description": "What for.",
   "mirror": { "focal_length": "2.8 m", "conic": -1, "spherical": { "c4": 1e-9, "c6": 0, "c8": 0, "c10": 0, "c12": 2.5 },
@@ -40,7 +40,7 @@ inline const char* const kFullStudy = R"json({
   "verify": { "draws": 20 }
 })json";
 
-/// kMinimalStudy with the value at `pointer` set to the JSON text `value`; empty text: removed.
+/// kMinimalStudy with the JSON text `value` at `pointer`; an empty text removes the key.
 inline std::string changed(const std::string& pointer, const std::string& value,
                            const char* base = kMinimalStudy) {
   nlohmann::ordered_json study = nlohmann::ordered_json::parse(base);
@@ -54,7 +54,7 @@ inline std::string changed(const std::string& pointer, const std::string& value,
 
 inline std::string with_psd(const std::string& psd) { return changed("/roughness/psd", psd); }
 
-/// A study that the reader has to refuse.
+/// A study that the reader must refuse.
 struct MalformedStudy {
   std::string name;
   std::string text;
@@ -70,7 +70,7 @@ inline std::vector<MalformedStudy> malformed_studies() {
     "light": { "wavelength": "632.8 nm" }, "target": { "statistics": { "ee90": { "value": "76 um" } } },
     "terms": { "spherical": ["c4"] }, "fit": { "prior": "zero-mean" } })";
   return {
-      // Not JSON, or not quite.
+      // Texts that are not valid JSON.
       {"EmptyFile", "", "", "an empty file", false},
       {"CutOff", "{\n  \"aberfit\": 1,\n  \"mirror\": {", "", "line 3, column", false},
       {"TrailingComma", "{\n  \"aberfit\": 1,\n}", "", "line 3, column 1", false},

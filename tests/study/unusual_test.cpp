@@ -1,5 +1,5 @@
-// Numbers of a study that are legal and can hardly be meant: which are told, what is said to be meant, and
-// that studies of real mirrors hear nothing.
+// Legal numbers of a study that are probably wrong: which are reported, which value is suggested, and that
+// studies of real mirrors have no such message.
 #include "aberfit/study/unusual.h"
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ std::vector<UnusualNumber> unusual_with(const Changes& changes) {
 constexpr const char* kWith = R"(/solve={"for": ["/roughness/psd/rms"],
   "so_that": {"ee80_diameter": "<= 20 um"}, "with": )";
 
-// One number wrong: told once, at its key, with the value that was meant.
+// One wrong number: it is reported once, at its key, with the probable value.
 struct OneSlip {
   Changes changes;
   std::string pointer, value, meant;
@@ -40,7 +40,7 @@ struct OneSlip {
 
 TEST(UnusualNumbers, OfOneWrongNumberAreToldOnceWithWhatWasMeant) {
   const OneSlip kSlips[] = {
-      // The mirror: millimetres taken for metres, metres for millimetres, swapped.
+      // The mirror: millimetres instead of metres, metres instead of millimetres, and swapped lengths.
       {{"/aperture/diameter=250"}, "/aperture/diameter", "250 m", "a diameter of 250 mm"},
       {{"/mirror/focal_length=1500", "/aperture/diameter=0.25"},
        "/mirror/focal_length",
@@ -65,7 +65,7 @@ TEST(UnusualNumbers, OfOneWrongNumberAreToldOnceWithWhatWasMeant) {
        "90 mm",
        "a height of 90 um"},
       {{"/light/wavelength=3 pm"}, "/light/wavelength", "3 pm", "a wavelength of 3 nm"},
-      // Roughness: heights, and bands in /mm for /m and /m for /mm.
+      // The roughness: heights, and bands in /mm instead of /m and vice versa.
       {{"/roughness/psd/rms=200 um", "/roughness/psd/f_max=10 /m"},
        "/roughness/psd/rms",
        "200 um",
@@ -89,7 +89,7 @@ TEST(UnusualNumbers, OfOneWrongNumberAreToldOnceWithWhatWasMeant) {
        "/roughness/psd/parts/1/rms",
        "3 mm",
        "an RMS height of 3 um"},
-      // Beside the mirror, and in its focus.
+      // Contributors to the spot, and the focus.
       {{kWith + std::string(R"({"jitter": 0.3}})")},
        "/solve/with/jitter",
        "300 mrad",
@@ -133,8 +133,8 @@ TEST(UnusualNumbers, OfTwoWrongNumbersAreToldEach) {
   EXPECT_EQ(unusual[1].pointer, "/roughness/psd/rms");
 }
 
-// A long focus or a small mirror: 1.5 m and 0.25 mm, or 1.5 mm and 0.25 m for 1.5 m and 0.25 m. Both ways out
-// are named, since the numbers do not say which is meant.
+// 1.5 m and 0.25 mm, or 1.5 mm and 0.25 m, instead of 1.5 m and 0.25 m. The message names both remedies,
+// because the numbers do not decide which length is wrong.
 TEST(UnusualNumbers, NameBothWaysOutWhereTheyAreAsLikely) {
   for (const Changes& changes : {Changes{"/mirror/focal_length=1.5", "/aperture/diameter=0.25 mm"},
                                  Changes{"/mirror/focal_length=1.5 mm", "/aperture/diameter=0.25"}}) {
@@ -145,7 +145,7 @@ TEST(UnusualNumbers, NameBothWaysOutWhereTheyAreAsLikely) {
   }
 }
 
-// The value that is said to be meant is one of which nothing more is said.
+// With the suggested value there is no further message.
 TEST(UnusualNumbers, AreOrdinaryOnceTheSlipIsUndone) {
   const std::pair<Changes, Changes> kPairs[] = {{{"/aperture/diameter=250"}, {"/aperture/diameter=250 mm"}},
                                                 {{"/roughness/psd/rms=5 mm"}, {"/roughness/psd/rms=5 um"}},
@@ -157,21 +157,21 @@ TEST(UnusualNumbers, AreOrdinaryOnceTheSlipIsUndone) {
   }
 }
 
-// Each range has its ends where FORMATS.md says.
+// The ends of each range are those in FORMATS.md.
 TEST(UnusualNumbers, BeginAtTheEndsOfTheRanges) {
   const auto one = [](const std::string& change) { return unusual_with({change}).size(); };
-  // f = 2.8 m.
+  // These limits are for f = 2.8 m.
   EXPECT_EQ(one("/aperture/diameter=11.19"), 0u);  // f/0.2502
   EXPECT_EQ(one("/aperture/diameter=11.21"), 1u);
   EXPECT_EQ(one("/mirror/focal_length=1999"), 0u);  // f/4998
   EXPECT_EQ(one("/mirror/focal_length=2001"), 1u);
-  // lambda = 632.8 nm: 63.28 um is 100 of them, 15.82 pm 2.5e-5; uniform up to 39.92 /m the slope is far
-  // below 0.1.
+  // With lambda = 632.8 nm, 63.28 um is 100 wavelengths and 15.82 pm is 2.5e-5. For a uniform PSD up to 39.92
+  // /m the slope is far below 0.1.
   EXPECT_EQ(one("/roughness/psd/rms=63.2 um"), 0u);
   EXPECT_EQ(one("/roughness/psd/rms=63.3 um"), 1u);
   EXPECT_EQ(one("/roughness/psd/rms=15.9 pm"), 0u);
   EXPECT_EQ(one("/roughness/psd/rms=15.8 pm"), 1u);
-  // Of S = const from 0 to F the slope per axis is pi rms F: 0.1 at 318.3 /mm for 100 nm.
+  // With S constant from 0 to F the slope per axis is pi rms F: 0.1 at 318.3 /mm for 100 nm.
   const std::string kBand =
       R"(/roughness/psd={"model": "uniform", "rms": "100 nm", "f_min": "0.1 /m", "f_max": )";
   EXPECT_EQ(one(kBand + "\"318.2 /mm\"}"), 0u);
@@ -198,7 +198,7 @@ TEST(UnusualNumbers, OfAMirrorInAnotherUnitAreTakenTogether) {
   }
 }
 
-// A part of a sum may be as smooth as it likes, the whole may not.
+// A part of a sum may be of any smoothness, but the whole may not.
 TEST(UnusualNumbers, OfASmoothPartAreNone) {
   const auto sum = [](const char* first) {
     return unusual_with(
@@ -211,7 +211,7 @@ TEST(UnusualNumbers, OfASmoothPartAreNone) {
   EXPECT_EQ(sum("1 pm"), 2u);
 }
 
-// What a run throws when numbers are as they should be leaves as it is; else the number is to blame.
+// An error of a run with usual numbers is passed on unchanged. If a number is unusual, the error names it.
 TEST(FailureOfAStudy, NamesTheNumberThatIsUnusual) {
   const auto fail = [] { throw ComputationError("no light"); };
   const Study ordinary = study_with({});
@@ -228,7 +228,8 @@ TEST(FailureOfAStudy, NamesTheNumberThatIsUnusual) {
       EXPECT_NE(error.found().find("; a wrong unit?"), std::string::npos) << error.found();
       EXPECT_NE(error.found().find("no light"), std::string::npos) << error.found();
     }
-    // Of a field of the scene the number is the cause, whatever the method has found; another has its own.
+    // An error about a field of the scene names the unusual number instead; an error about another field
+    // keeps its own pointer.
     const auto field = [](const char* name) { return [name] { throw FieldError(name, "this", "that"); }; };
     EXPECT_THROW(
         try { with_fields_of(study, field("mirror.focal_length")); } catch (const InputError& error) {
@@ -256,7 +257,7 @@ TEST(UnusualWarnings, AreOfTheStudyThatIsReadOnceEach) {
             "of 2.8 m meant? Then it is 7.");
 }
 
-// Mirrors that are built, of which nothing is to be said: f [m], D [m], lambda [m], rms [m], band [/m].
+// Real mirrors, which must give no message: f [m], D [m], lambda [m], rms [m], band [/m].
 TEST(OrdinaryNumbers, AreThoseOfMirrorsThatAreBuilt) {
   struct Built {
     const char* what;
@@ -284,7 +285,8 @@ TEST(OrdinaryNumbers, AreThoseOfMirrorsThatAreBuilt) {
   }
 }
 
-// Every study below `folder` whose file has that name, whatever it asks for; an empty name is that of all.
+// Counts the studies below `folder` whose file has this name (all if it is empty), whatever they request;
+// none may give a message.
 int count_ordinary(const std::filesystem::path& folder, const std::string& name) {
   int studies = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {

@@ -1,5 +1,5 @@
-// Along a sweep of one number of a study nothing may jump: neither what the theory aims at nor what light
-// says of the surfaces, wherever the program goes from one model to another.
+// If one number of a study varies, nothing may jump: neither the targets of the theory nor the wave-optics
+// verdict on the surfaces, even where the program changes from one model to another.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using nlohmann::json;
 
 constexpr int kSteps = 60, kFits = 12;
 
-// One number from `low` to `high` in equal ratios.
+// One number varies from `low` to `high` in equal ratios.
 struct Sweep {
   const char* name;
   double low, high;
@@ -31,9 +31,9 @@ struct Sweep {
   double at(int k, int steps = kSteps) const { return low * std::pow(high / low, k / (steps - 1.0)); }
 };
 
-// With the statistics and terms that targets are swept with.
+// The study with the statistics and terms for sweeps of targets.
 json with_targets(json study) {
-  // Planes are named: by default they move with the spot, in steps of a micrometre.
+  // The planes are named, because by default they move with the spot in steps of a micrometre.
   const json radii{{"planes", {"0 mm", "-0.4 mm", "0.9 mm"}}};
   study["terms"] = {{"zernike", {{"n_max", 16}}}};
   study["target"] = {
@@ -57,11 +57,11 @@ std::vector<Sweep> sweeps() {
        [](double f_number) {
          json study = scene(0.2 * f_number, uniform(60e-9));
          for (auto& radius : study["target"]["statistics"])
-           if (radius.contains("planes")) radius["planes"] = {"0 mm"};  // the others turn by the square
+           if (radius.contains("planes")) radius["planes"] = {"0 mm"};  // the others go as the square
          return study;
        }},
-      // The README's mirror, of 118 modes. Below 0.3 % nothing found is equivalent: at 0.1 % held-out
-      // statistics stay off by 0.25 %; and the mirror of the other sweeps, of 29 modes, at 250 nm by 0.5 %.
+      // The README's mirror, of 118 modes. Below 0.3 % no surface is equivalent: at 0.1 % held-out statistics
+      // stay wrong by 0.25 %. The mirror of the other sweeps, of 29 modes at 250 nm, stays wrong by 0.5 %.
       {"margin", 3e-3, 0.1, [](double margin) {
          json study = with_targets(readme_study());
          study["equivalence"]["margin"] = margin;
@@ -72,7 +72,7 @@ std::vector<Sweep> sweeps() {
 // Value at the middle of four neighbours at the distances -2, -1, 1, 2.
 double interpolated(double a, double b, double c, double d) { return (4 * (b + c) - (a + d)) / 6; }
 
-// What the theory aims at in one step, and the curves it comes from.
+// One step of the sweep: its study, and the targets by theory with the curves they come from.
 struct Step {
   Study study;
   Groundwork ground;
@@ -83,9 +83,9 @@ struct Step {
         targets(make_targets(study, ground, 2)) {}
 };
 
-// How far, in light, a step is from what its four neighbours have where it aims: the share inside its radius,
-// as their own curves go on from one to the other, over what the study judges it by (PHYSICS 7). Radii of
-// given shares are no measure of this: between core and halo they run away where no light is.
+// Difference between a step's energy at its target radius and the one interpolated from the curves of its
+// four neighbours, in units of what the study judges it by (PHYSICS 7). Differences of radii are no measure
+// of this: between core and halo, where the spot is dark, a radius is ill-defined.
 double departure(const Target& target, const std::array<const Step*, 4>& around) {
   std::array<double, 4> there;
   for (std::size_t n = 0; n < 4; ++n) {
@@ -101,7 +101,7 @@ double departure(const Target& target, const std::array<const Step*, 4>& around)
   }
   const double smooth = interpolated(there[0], there[1], there[2], there[3]);
   const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic);
-  // The ring is its own ee90, which does run away.
+  // The ring is the ee90 of the step itself, which is ill-defined there.
   constexpr double kOfRing = 0.1;
   return ee ? std::abs(smooth - ee->fraction) / aim_of(target).relative_to() : kOfRing * std::abs(smooth);
 }
@@ -116,8 +116,8 @@ double roughest_aim(const Sweep& sweep, int first, int last) {
   return worst;
 }
 
-// A tenth of the margin of these studies. The interpolation's own error, where the core of the spot gives way
-// to its halo, is half of it.
+// A tenth of the margin of these studies. Half of it is the error of the interpolation where the core of the
+// spot changes into its halo.
 constexpr double kSmooth = 1e-3;
 
 class Continuity : public testing::TestWithParam<int> {};
@@ -128,7 +128,7 @@ TEST_P(Continuity, OfTargets) {
   EXPECT_LE(worst, kSmooth) << sweep.name;
 }
 
-// Light's word on surfaces fitted at every step: those of neighbours differ by what the margin allows them.
+// Surfaces fitted at neighbouring steps, judged by waves, differ by no more than the margin allows.
 TEST_P(Continuity, OfSurfacesInLight) {
   const Sweep sweep = sweeps()[std::size_t(GetParam())];
   std::vector<std::vector<double>> off;  // of every statistic, in margins
@@ -154,13 +154,13 @@ TEST_P(Continuity, OfSurfacesInLight) {
     for (std::size_t s = 0; s < std::min({off[k - 1].size(), off[k].size(), off[k + 1].size()}); ++s)
       worst = std::max(worst, std::abs(off[k][s] - 0.5 * (off[k - 1][s] + off[k + 1][s])));
   std::printf("surfaces along %s: steps within %.2f margins of their neighbours\n", sweep.name, worst);
-  EXPECT_GE(equivalent, kFits - 1) << sweep.name;  // one seed in thirty is not
-  EXPECT_LE(worst, 2.0) << sweep.name;             // each is within one of what it should be
+  EXPECT_GE(equivalent, kFits - 1) << sweep.name;  // one seed in thirty fails
+  EXPECT_LE(worst, 2.0) << sweep.name;             // each is within one of its target
 }
 INSTANTIATE_TEST_SUITE_P(Along, Continuity, testing::Range(0, 4));
 
-// Twelve of the steps: about 70 nm, where a rule of thumb once changed the theory and ee90 fell by 7 %, and
-// wherever else is quick.
+// Twelve of the steps: near 70 nm, where a rule of thumb once changed the theory and ee90 fell by 7 %, and
+// others that are quick.
 TEST(ContinuitySmoke, OfTargets) {
   const std::vector<Sweep> all = sweeps();
   const int first[] = {24, 20, 0, 24};

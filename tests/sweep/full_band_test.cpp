@@ -1,6 +1,6 @@
-// The promise of a split band, kept by real mirrors: a fit's terms with one draw of the rest of the roughness
-// on top, every frequency of it a height, have the focus that terms and scatter function stand for, within
-// the spread that was stated; and so do draws of the whole roughness against their own low part.
+// A split band keeps its promise on simulated mirrors. The terms of a fit, with one realisation of all other
+// roughness as heights, have the focus that terms and scatter function predict, within the stated spread. The
+// same holds for realisations of the whole roughness against their own low-frequency part.
 #include <fftw3.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 using Complex = std::complex<double>;
 
-// Light of a pupil on cells of f times the direction cosine, by its autocorrelation: no samples of a pattern.
+// Irradiance of a pupil with grid points in f times the direction cosine, from the autocorrelation of the
+// pupil, without samples of the pattern.
 class FullPupil {
  public:
   FullPupil(const Study& study, int cells)
@@ -69,8 +70,8 @@ class FullPupil {
   FullPupil& operator=(const FullPupil&) = delete;
   ~FullPupil() { fftw_destroy_plan(plan_); }
 
-  // Shares of the light that the cells pass, inside circles in the plane f + dz. factor: on the transfer
-  // function at a shear [m]; may be empty.
+  // Fractions of the energy inside circles in the plane f + dz. factor: on the transfer function at a shear
+  // [m]; may be empty.
   std::vector<double> shares(const std::vector<double>& height, double dz, const std::vector<double>& radii,
                              const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& factor) {
     std::fill(data_.begin(), data_.end(), Complex(0));
@@ -83,7 +84,7 @@ class FullPupil {
     fftw_execute(plan_);
     for (Complex& value : data_) value = std::norm(value);
     fftw_execute(plan_);
-    // Weights over the length of a lag from tables in steps of a sixteenth of a cell.
+    // Weights by the length of a lag, from tables in steps of a sixteenth of the pitch.
     constexpr int kPerCell = 16;
     const int steps = int(1.5 * n_) * kPerCell;
     const Eigen::ArrayXd lag = Eigen::ArrayXd::LinSpaced(steps, 0, steps - 1) / kPerCell;
@@ -124,7 +125,7 @@ class FullPupil {
   fftw_plan plan_;
 };
 
-// Heights of a draw at the cells.
+// Heights of a realisation at the grid points.
 std::vector<double> heights_of(const HeightMap& map, const FullPupil& pupil) {
   std::vector<double> height(pupil.x.size());
   for (std::size_t k = 0; k < height.size(); ++k)
@@ -170,7 +171,7 @@ void keep_the_promise(const LargeScene& scene) {
     if (at->first != 0 && ++looked != 2) continue;  // the focus and one plane out of it
     std::vector<double> radii;
     for (const Target& target : at->second) radii.push_back(target.value);
-    // What this code's own edges do to a perfect mirror is not the roughness's.
+    // This code's own edges also change a perfect mirror. That difference is not due to the roughness.
     const std::vector<double> seen = pupil.shares(both, at->first, radii, {});
     const std::vector<double> meant = pupil.shares(
         terms_only, at->first, radii, [&](const Eigen::ArrayXd& x) { return split.transfer(x); });
@@ -185,7 +186,7 @@ void keep_the_promise(const LargeScene& scene) {
       "%-16s cut %.4g /m: draw of the rest against its mean %.2f tolerances, whole mirror against the "
       "targets %.2f\n",
       scene.name.c_str(), split.cut(), spread, worst);
-  // One standard deviation of the worst statistic is a third of its tolerance; three of them are one.
+  // One standard deviation of the worst statistic is a third of its tolerance, so three equal one tolerance.
   EXPECT_LE(spread, 1.0);
   EXPECT_LE(worst, 2.0);
 }

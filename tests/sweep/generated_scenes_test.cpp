@@ -1,4 +1,4 @@
-// Scenes that nobody chose: what the program says of each is checked by a wave code of the tests' own.
+// Randomly generated scenes. A wave code of the tests' own checks the verdict on each.
 #include "generated_scenes.h"
 
 #include <gtest/gtest.h>
@@ -46,20 +46,20 @@ Outcome run_scene(int k) {
     const SecondOpinions opinions(study);
     const OpinionLimits limits{.seconds = 7200, .narrow_field = true};
     SecondOpinion light = opinions.of_waves(result.fitted.terms, result.fitted.fit.coefficients, cut, limits);
-    // Light that no grid has room for, hundreds of Airy radii wide, goes where its rays do.
+    // A spot of hundreds of Airy radii is too wide for any grid, but rays describe it.
     if (std::isnan(light.worst))
       light = opinions.of_rays(result.fitted.terms, result.fitted.fit.coefficients, limits);
     worst = light.worst;
-    EXPECT_TRUE(worst <= 1.0) << "equivalent, but not in light: " << light.statistic << light.obstacle;
+    EXPECT_TRUE(worst <= 1.0) << "equivalent, but not by wave optics: " << light.statistic << light.obstacle;
   }
-  std::printf("%-11s %5d terms %6.1f s  worst in light %.2f%s\n", to_string(result.judgement.verdict).c_str(),
+  std::printf("%-11s %5d terms %6.1f s  worst by waves %.2f%s\n", to_string(result.judgement.verdict).c_str(),
               int(result.fitted.terms.size()), seconds.count(), worst,
               outcome.counts ? "" : "  (margin sees nothing)");
   std::fflush(stdout);
   return outcome;
 }
 
-// One after the other, each by itself with --gtest_filter='*/12'.
+// The scenes run one after the other, or singly with --gtest_filter='*/12'.
 class GeneratedScenes : public testing::TestWithParam<int> {
  protected:
   static constexpr int kScenes = 30, kMayFail = 3;
@@ -80,7 +80,7 @@ TEST_P(GeneratedScenes, AreTrueInLightWhereTheyAreEquivalent) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeded, GeneratedScenes, testing::Range(0, 30));
 
-// One that takes seconds.
+// A scene that takes seconds.
 TEST(GeneratedScenesSmoke, AreEquivalentAndTrueInLight) { EXPECT_TRUE(run_scene(5).equivalent); }
 
 }  // namespace

@@ -34,7 +34,7 @@ void add_radial(int m, double rho, const std::vector<double>& cosine, const std:
   *of_sine *= outer;
 }
 
-// Conic sag less rho^2/(4f) = c rho^2/(1 + q) - c rho^2/2 with q^2 = 1 - (1 + K) c^2 rho^2, and the even
+// Conic sag less rho^2/(4f), c rho^2/(1 + q) - c rho^2/2 with q^2 = 1 - (1 + K) c^2 rho^2, and the even
 // powers.
 double departure(const Mirror& mirror, double rho2) {
   const double c = 1 / (2 * mirror.focal_length), inside = (1 + mirror.conic) * c * c * rho2;
@@ -100,7 +100,7 @@ IndependentSurface::IndependentSurface(const Mirror& mirror, const TermSet& term
   for (const int power : terms.spherical) powers_.push_back({power, coefficients[j++]});
   if (terms.segments)
     for (const Segments::Segment& segment : terms.segments->all()) {
-      // Regular ones, whose middle is that of their corners.
+      // The segments are regular, so the mean of the corners is the middle.
       Step step{segment.clear.front(), 0, 0, 0, 0, 0, 0};
       const auto corners = double(step.outline.size());
       for (const auto& [x, y] : step.outline) step.x += x / corners, step.y += y / corners;
@@ -117,7 +117,7 @@ IndependentSurface::IndependentSurface(const Mirror& mirror, const TermSet& term
     known_.add(term.mode, term.height);
     finest = std::max(finest, kAtRim * term.mode.n * term.mode.n);
   }
-  // The error of the differences is (step finest)^4/30 of a slope.
+  // The differences have a relative error of (step finest)^4/30.
   step_ = 0.02 / finest * radius_;
   cost_ = double(terms.zernike.size()) / 2 + 2 * double(waves_.size()) + double(known_.orders.size()) + 4;
 }

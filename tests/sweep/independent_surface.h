@@ -8,26 +8,26 @@
 
 namespace aberfit {
 
-/// Height of a term surface above the parabola of its mirror, written anew for the tests: shares nothing with
-/// the library but the definition of the terms. Zernikes by Jacobi polynomials, the conic by the difference
-/// of both sags in a form that loses no digits.
+/// Height of a term surface above the parabola of its mirror, written anew for the tests. It shares only the
+/// definition of the terms with the library. Zernikes are by Jacobi polynomials, the conic by the difference
+/// of both sags in a form without cancellation.
 class IndependentSurface {
  public:
   IndependentSurface(const Mirror& mirror, const TermSet& terms, const Eigen::VectorXd& coefficients);
 
-  /// [m], towards the light; without what segments stand apart.
+  /// Height [m], towards the light, without the offsets of segments.
   double height(double x, double y) const;
-  /// The error of the segment that holds a point, there [m]; 0 outside all segments.
+  /// Offset of the segment that holds a point [m]; 0 outside all segments.
   double step(double x, double y) const;
   bool has_steps() const { return !steps_.empty(); }
-  /// Slopes of the same, by differences of the fourth order in steps that change them by 1e-8 of the finest
-  /// term's at most.
+  /// Slopes of the height, by fourth-order differences whose error is 1e-8 of the finest term's slopes at
+  /// most.
   std::array<double, 2> slopes(double x, double y) const;
-  /// What one height costs, in sines and cosines or in steps of a recurrence.
+  /// Cost of one height: the number of sines, cosines and steps of recurrences.
   double cost() const { return cost_; }
 
  private:
-  // Of one azimuthal order: weights of cos and sin by (n - m)/2.
+  // Terms of one azimuthal order: weights of cos and sin by (n - m)/2.
   struct Order {
     int m = 0;
     std::vector<double> cosine, sine;

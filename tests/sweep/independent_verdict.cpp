@@ -17,12 +17,13 @@
 namespace aberfit {
 namespace {
 
-// Of the light: what the cells at the edge of the independent waves leave; and, times the share that scatters
-// and (a/f)^2, a factor that is the same for an overlap of the aperture's middle and of its rim, and its mean
-// over the aperture (in the focus 0.026 at most, f/1.4 to f/3, g 1.5 to 2.5; 0.039 at half of a ring's peak,
-// g 4.2 at f/2.1; both against the integral over all pairs of points).
+// Errors of the second opinion, as fractions of the energy. kErrorOfWaves comes from grid points at the edge
+// of the pupil. The other two are factors of the scattered fraction times (a/f)^2. They cover one transfer
+// function for overlaps at the middle and at the rim of the aperture. Largest error against the integral over
+// all pairs of points: 0.026 in the focus (f/1.4 to f/3, g 1.5 to 2.5), 0.039 at half of a ring's peak (g
+// 4.2, f/2.1).
 constexpr double kErrorOfWaves = 5e-4, kErrorInFocus = 0.026, kErrorOutOfFocus = 0.04;
-// Seconds of a sine and a cosine or a step of a recurrence, and of a sample of a transform with its circles.
+// Seconds for a sine and cosine or a step of a recurrence, and for a sample of a transform with its circles.
 constexpr double kSecondsOfTerm = 2e-8, kSecondsOfSample = 3e-7;
 constexpr double kPlanesOfRing = 22;
 constexpr int kShifts = 8;
@@ -37,7 +38,7 @@ Planes planes_of(const TargetSets& sets, int most) {
     for (const Target& target : *targets)
       if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic))
         planes[ee->dz].push_back({ee->fraction, target});
-  // Left out: of those out of focus the nearest ones first.
+  // Of the planes out of focus the nearest ones are left out first.
   while (int(planes.size()) > most) {
     auto nearest = planes.end();
     for (auto plane = planes.begin(); plane != planes.end(); ++plane)
@@ -48,7 +49,7 @@ Planes planes_of(const TargetSets& sets, int most) {
   return planes;
 }
 
-// scale: of the margin.
+// scale: energy that is one margin, as a fraction of the study's margin.
 void judge(const Study& study, const Target& target, double off, double scale, SecondOpinion* opinion) {
   if (!std::isfinite(off)) off = HUGE_VAL;
   const double margins = std::max(0.0, off) / (study.equivalence.margin * scale);
@@ -58,7 +59,7 @@ void judge(const Study& study, const Target& target, double off, double scale, S
 }
 
 void judge_light(const Study& study, const Target& target, double off, SecondOpinion* opinion) {
-  // Where no curve is known it is held, in light, to what a flat one is.
+  // If the slope of the encircled energy is unknown, we take that of a flat curve.
   judge(study, target, off, target.curve_slope ? aim_of(target).relative_to() : kFlattestCurve, opinion);
 }
 
@@ -74,7 +75,7 @@ double largest_radius(const std::vector<std::pair<double, Target>>& wanted) {
   return largest;
 }
 
-// Points of a lattice over the aperture's box, by the plastic number (Roberts 2018), shifted.
+// Shifted lattice points over the bounding box of the aperture, by the plastic number (Roberts 2018).
 std::vector<std::array<double, 2>> points_in(const Aperture& aperture, int count, int shift) {
   const ApertureBox box = bounding_box(aperture);
   const double share = aperture_area(aperture) / ((box.x1 - box.x0) * (box.y1 - box.y0));
@@ -89,7 +90,7 @@ std::vector<std::array<double, 2>> points_in(const Aperture& aperture, int count
   return points;
 }
 
-// Where the light that meets the mirror at a point goes: a place and a direction.
+// Place and direction of a reflected ray.
 struct TracedRay {
   std::array<double, 3> from, along;
   double radius_at(double z) const {
@@ -109,9 +110,9 @@ TracedRay reflected(double focal_length, const IndependentSurface& surface, doub
           {d[0] - into * normal[0], d[1] - into * normal[1], d[2] - into * normal[2]}};
 }
 
-// Light that roughness above the cut scatters beyond the field of view of so many cells comes in again from
-// the other side: its share within `radius`, to first order in the roughness. 3.4 % of the light of a mirror
-// with 573 cycles across was beyond 256 cells, and 0.7 % more than there is within its ee95.
+// Roughness above the cut scatters energy beyond the field of view of `cells` grid points, which folds back.
+// Returns its fraction within `radius`, to first order in the roughness. On a mirror with 573 cycles across,
+// 3.4 % of the energy was outside 256 grid points and added 0.7 % to the energy within ee95.
 double folded_light(const RadialPsd& psd, double cut, const Study& study, double cells, double radius) {
   constexpr double kStep = 1.01;
   const double diameter = 2 * aperture_radius(study.aperture), wavelength = study.wavelength;
@@ -135,12 +136,12 @@ double error_of_waves(const Study& study, const Groundwork& ground, std::optiona
                              std::pow(aperture_radius(study.aperture) / study.mirror.focal_length, 2);
 }
 
-// lambda f/D: what a cell across the aperture adds to the field of view.
+// lambda f/D, by which each grid point across the aperture widens the field of view.
 double airy_unit(const Study& study) {
   return study.wavelength * study.mirror.focal_length / (2 * aperture_radius(study.aperture));
 }
 
-// Cells across whose field of view is that wide, and that fold little light into `radius`.
+// Grid points across that give this field of view and fold little energy into `radius`.
 double enough_cells(const Study& study, const Groundwork& ground, double field, double radius,
                     std::optional<double> cut, const OpinionLimits& limits) {
   double needed = std::max(double(limits.smallest_grid), std::ceil(field / airy_unit(study) / 128) * 128);
@@ -168,17 +169,17 @@ std::unique_ptr<IndependentWaves> waves_of(const Study& study, const Groundwork&
   return waves;
 }
 
-// The surface's own light in focus.
+// Encircled energy of the surface itself in focus.
 struct CurveInFocus {
   std::vector<double> radius, share;
 
   CurveInFocus(IndependentWaves* waves, double narrowest, double field) {
-    constexpr int kRadii = 256;  // by 2.5 % each: a straight line between two is good to 1e-4 of the light
+    constexpr int kRadii = 256;  // steps of 2.5 %: linear interpolation is good to 1e-4 of the energy
     for (int k = 0; k < kRadii; ++k)
       radius.push_back(narrowest * std::pow(field / narrowest, double(k) / (kRadii - 1)));
     share = waves->shares(0, radius);
   }
-  // Nothing where it is not between the first and the last.
+  // Returns nothing if `fraction` is not between the first and the last value.
   std::optional<double> radius_of(double fraction) const {
     for (std::size_t k = 1; k < radius.size(); ++k)
       if (share[k] >= fraction && share[k - 1] < fraction)
@@ -214,7 +215,7 @@ struct RingsOfSurface {
     return rings;
   }
 
-  // in_focus: with a field of view of that radius. Rings that would cost too much are not looked at.
+  // in_focus: has a field of view of radius `field`. Rings that would cost too much are skipped.
   void judge_by(IndependentWaves* in_focus, double field, SecondOpinion* opinion) const {
     if (limits.most_rings == 0) return;
     double seconds = limits.seconds;
@@ -244,7 +245,7 @@ SecondOpinion SecondOpinions::of_waves(const TermSet& terms, const Eigen::Vector
   SecondOpinion opinion;
   Planes planes = planes_of(sets_, limits.most_planes);
   if (limits.narrow_field) {
-    // A circle that the largest grid has no room for holds light that came back in, over and over.
+    // A circle larger than the largest grid holds energy that has folded back several times.
     const double room = limits.largest_grid * airy_unit(study_) / limits.field;
     std::erase_if(planes, [&](const auto& plane) { return largest_radius(plane.second) > room; });
   }
@@ -261,7 +262,7 @@ SecondOpinion SecondOpinions::of_waves(const TermSet& terms, const Eigen::Vector
     opinion.obstacle = fmt::format("{:.0f} cells across are too many", needed);
     return opinion;
   }
-  // Energies of the wavelengths of a band add.
+  // Encircled energies of the wavelengths of a band add.
   std::vector<std::vector<double>> shares;
   std::unique_ptr<IndependentWaves> waves;
   for (const LightLine& line : study_.wavelength.lines()) {

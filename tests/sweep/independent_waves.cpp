@@ -75,7 +75,7 @@ double IndependentWaves::power(int column, int row) const {
   return std::norm(field_[wrapped(row) * std::size_t(samples_) + wrapped(column)]);
 }
 
-// Mean of the pattern on a circle, by Lagrange's polynomials through six samples along either axis.
+// Mean of the pattern on a circle, by Lagrange polynomials through six samples along either axis.
 double IndependentWaves::on_circle(double r) const {
   const int angles = std::max(48, int(std::ceil(6 * r)));
   double sum = 0;
@@ -100,8 +100,8 @@ double IndependentWaves::on_circle(double r) const {
 
 namespace {
 
-// (4 pi/lambda)^2 (C(0) - C(r)), C(0) - C(r) = 2 pi int S(f) (1 - J0(2 pi f r)) f df. A Bessel function that
-// has turned kTurns times averages itself out: it fades from half of there on, and only 1 is left.
+// (4 pi/lambda)^2 (C(0) - C(r)) with C(0) - C(r) = 2 pi int S(f) (1 - J0(2 pi f r)) f df. After kTurns turns
+// J0 averages out: it fades from half of there on, and only 1 is left.
 class StructureOfPhase {
  public:
   StructureOfPhase(const std::function<double(double)>& psd, double f_min, double f_max, double longest,
@@ -110,7 +110,7 @@ class StructureOfPhase {
     constexpr double kTooLong = 1e-3;  // waves over the longest shear: it sees none of them
     low_ = std::max(f_min, kTooLong / longest);
     high_ = std::min(f_max, 1 / wavelength);  // nothing finer scatters
-    // A band without an end ends where a millionth of a millionth of its variance is left.
+    // A band without an upper end is cut where 1e-12 of its variance is left.
     std::vector<std::pair<double, double>> shells;
     double all = 0, left = 0;
     for (double at = low_; at < high_; at *= 1.02)
@@ -145,8 +145,8 @@ class StructureOfPhase {
   }
 
  private:
-  // Where a part of a sum that is most of it begins or ends inside a step, the step is two; of weaker parts
-  // and of a second one in a step the step is wrong by up to 2 % of their variance.
+  // If the largest part of a sum begins or ends inside a step, the step is split there. Weaker parts, and a
+  // second one in the same step, leave an error of up to 2 % of their variance.
   void add_jump(double from, double to) {
     constexpr double kSteepest = 0.5;  // a slope of -25 in 2 %
     double low = from * (1 + 1e-9), high = to * (1 - 1e-9);
@@ -180,8 +180,8 @@ void IndependentWaves::scatter(const std::function<double(double)>& psd, double 
     const auto i = std::size_t(place);
     return exponent[i] + (place - double(i)) * (exponent[i + 1] - exponent[i]);
   };
-  // Parts of the aperture, each of as much light, which may lie off the axis: t^2 = tan^2(theta/2), and the
-  // azimuth, along which heights are foreshortened more than across.
+  // Parts of the aperture with equal energy, which may lie off the axis. Each has t^2 = tan^2(theta/2) and an
+  // azimuth, along which heights are foreshortened more than across it.
   constexpr int kParts = 128;
   std::vector<double> light_until;
   for (const Cell& cell : cells_)
@@ -208,7 +208,7 @@ void IndependentWaves::scatter(const std::function<double(double)>& psd, double 
     }
 }
 
-// Pattern to transfer function, times the factor, and back.
+// Transforms the pattern to the transfer function, multiplies by the factor, and transforms back.
 void IndependentWaves::apply_scatter() {
   const std::size_t all = std::size_t(samples_) * std::size_t(samples_);
   for (std::size_t k = 0; k < all; ++k) field_[k] = std::norm(field_[k]);
@@ -230,7 +230,7 @@ void IndependentWaves::apply_scatter() {
       field_[std::size_t(row) * std::size_t(samples_) + std::size_t(column)] *= factor;
     }
   fftw_execute(static_cast<fftw_plan>(plan_));
-  // Back to amplitudes, and to where they were: the second transform turns the plane about its middle.
+  // Takes amplitudes again, at their places: the second transform turned the plane about its middle.
   for (std::size_t k = 0; k < all; ++k) field_[k] = std::sqrt(std::max(0.0, field_[k].real() / double(all)));
 }
 
@@ -243,8 +243,8 @@ std::vector<double> IndependentWaves::shares(double dz, const std::vector<double
   fftw_execute(static_cast<fftw_plan>(plan_));
   if (!factor_.empty()) apply_scatter();
 
-  // Radii in samples; planes further out have a larger image. The pattern, sampled twice as finely as it has
-  // to be, is interpolated along circles, and the circles are summed by Gauss's rule between the radii.
+  // Radii are in samples; planes further out have a larger image. The pattern, oversampled by two, is
+  // interpolated along circles, and Gauss's rule sums the circles between the radii.
   const double per_sample = wavelength_ * (focal_length_ + dz) / (samples_ * pitch_);
   std::vector<std::size_t> order(radii.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -8,25 +8,26 @@
 
 namespace aberfit {
 
-/// Light of a surface near a parabola, written anew for the tests: shares nothing with the library but the
-/// outline of the aperture. Pupil sampled uniformly in f times the direction cosine (PHYSICS 6,
-/// aperture-exact: not paraxial at any f-number), heights as paths to first order, one padded FFT per plane,
-/// encircled energy along circles. Good to a few 1e-4 of the light where the cells
-/// hold the phase.
+/// PSF of a surface near a parabola, written anew for the tests. It shares only the outline of the aperture
+/// with the library. The pupil is sampled uniformly in f times the direction cosine (PHYSICS 6,
+/// aperture-exact: not paraxial at any f-number). Heights are path differences to first order, each plane is
+/// one padded FFT, encircled energies are along circles. Good to a few 1e-4 of the energy if the grid
+/// resolves the phase.
 class IndependentWaves {
  public:
-  /// cells: across the aperture. Lengths in [m].
+  /// cells: grid points across the aperture. Lengths in [m].
   IndependentWaves(double focal_length, const Aperture& aperture, double wavelength,
                    const IndependentSurface& surface, int cells);
   ~IndependentWaves();
   IndependentWaves(const IndependentWaves&) = delete;
   IndependentWaves& operator=(const IndependentWaves&) = delete;
 
-  /// Roughness on top of the terms, as its mean: S(f) [m^4] between two frequencies [cycles/m], Gaussian
-  /// heights, the factor on its transfer function averaged over the aperture for each direction of the shear.
+  /// Adds roughness to the terms by its mean effect. S(f) [m^4] between two frequencies [cycles/m], with
+  /// Gaussian heights; its factor on the transfer function is averaged over the aperture for each direction
+  /// of the shear.
   void scatter(const std::function<double(double)>& psd, double f_min, double f_max);
 
-  /// Shares of all light that passes the aperture inside circles about the axis, in the plane z = f + dz.
+  /// Fractions of the energy through the aperture inside circles about the axis, in the plane z = f + dz.
   std::vector<double> shares(double dz, const std::vector<double>& radii);
 
  private:
@@ -41,7 +42,7 @@ class IndependentWaves {
   double focal_length_, wavelength_, pitch_, total_ = 0;
   int samples_;
   std::vector<Cell> cells_;
-  // On the transfer function, by direction of the shear, at shears of eighths of a cell; empty: 1.
+  // Factor on the transfer function, by direction of the shear, in steps of an eighth of the pitch; empty: 1.
   static constexpr int kShearDirections = 32;
   std::vector<std::vector<double>> factor_;
   double rim_ = 0;  // t there

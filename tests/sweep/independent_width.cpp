@@ -60,7 +60,7 @@ struct Crossing {
   double z, slope;
 };
 
-// From sample `k`, above the half, on in steps of `by`.
+// Crossing of `half` from above, searched from sample `k`, which is above it, in steps of `by`.
 std::optional<Crossing> falls_to(double half, SampledCurve* curve, int k, int by) {
   while (curve->at(k + by) > half)
     if (std::abs(k += by) >= kFarthest) return std::nullopt;
@@ -102,7 +102,7 @@ std::optional<IndependentWidth> independent_width(const std::function<double(dou
   const std::optional<Crossing> upper = falls_to(half, &samples, best, 1),
                                 lower = falls_to(half, &samples, best, -1);
   if (!upper || !lower) return std::nullopt;
-  // The half is off by half of what the peak is, the other way round at worst.
+  // The half level is wrong by half of the error of the peak, at worst in the opposite direction.
   return IndependentWidth{upper->z - lower->z, 1.5 * (1 / upper->slope + 1 / lower->slope)};
 }
 

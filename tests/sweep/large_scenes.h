@@ -4,11 +4,11 @@
 
 namespace aberfit {
 
-/// Mirrors with wide bands, and what it takes to hold all of their roughness as heights.
+/// Mirrors with wide bands, and the grids that resolve all of their roughness.
 struct LargeScene {
   std::string name, study;
-  int cells = 0;   ///< across the aperture, three or more a cycle
-  int points = 0;  ///< of a map of heights
+  int cells = 0;   ///< grid points across the aperture, three or more a cycle
+  int points = 0;  ///< points of a height map
 };
 inline const std::vector<LargeScene>& large_scenes() {
   const auto wide = [](const std::string& f_max) {

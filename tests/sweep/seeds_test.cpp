@@ -1,5 +1,4 @@
-// Seeds: whether a verdict is `equivalent` is not a matter of the draw. Twenty of six scenes, a hundred of
-// four.
+// The verdict `equivalent` does not depend on the seed: twenty seeds of six scenes, a hundred of four.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -29,7 +28,7 @@ std::vector<Scene> scenes() {
           {"g = 5", study_of(3, circle(0.4), uniform(252e-9, 12))}};
 }
 
-// How many of `seeds` end equivalent; the others are printed.
+// Counts how many of `seeds` are equivalent; the others are printed.
 int equivalent_seeds(const Scene& scene, int seeds) {
   int equivalent = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -52,8 +51,8 @@ TEST_P(SeedSweep, AllButOneOfTwentyAreEquivalent) {
 }
 INSTANTIATE_TEST_SUITE_P(Of, SeedSweep, testing::Range(0, 5));
 
-// The paper's mirror by rays, the same with a quarter of its roughness, and roughnesses whose slope few modes
-// carry: N_eff = 70 and 30.
+// The paper's mirror by rays, the same with a quarter of its roughness, and roughnesses with few slope modes:
+// N_eff = 70 and 30.
 std::vector<Scene> hundred() {
   json paper = study_of(2.8, circle(0.4), uniform(100e-9, 19.96));
   paper["target"]["theory"] = "geometric";
@@ -71,7 +70,7 @@ TEST_P(HundredSeeds, AllButTwoAreEquivalent) {
 }
 INSTANTIATE_TEST_SUITE_P(Of, HundredSeeds, testing::Range(0, 4));
 
-// Few modes have local minima: every seed gets a dozen draws and more.
+// Fits with few modes have local minima, so every seed gets a dozen starts and more.
 TEST(FewModesSeeds, AllTwentyAreEquivalent) {
   EXPECT_EQ(equivalent_seeds({"five statistics, N_eff 7", few_modes_study()}, 20), 20);
 }

@@ -1,5 +1,5 @@
-// Pupils and light that telescopes have: segments, spiders, a filter. What the program says of each is
-// checked by a wave code of the tests' own.
+// Pupils and light of telescopes: segments, spiders, a filter. A wave code of the tests' own checks each
+// verdict.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -13,7 +13,7 @@
 namespace aberfit {
 namespace {
 
-// Roughness to 200 cycles across.
+// The roughness reaches 200 cycles across.
 const char* const kHexagons = R"({"aberfit": 1, "mirror": {"focal_length": "17.5 m"},
   "aperture": {"shape": "segments", "hexagons": {"rings": 3, "flat_to_flat": "1.35 m", "gap": "4 mm"}},
   "light": {"wavelength": "2 um"},
@@ -37,12 +37,12 @@ void expect_true_in_light(const char* text) {
   const SecondOpinion light =
       SecondOpinions(study).of_waves(result.fitted.terms, result.fitted.fit.coefficients,
                                      result.band.shares->cut, {.seconds = 7200, .narrow_field = true});
-  std::printf("%d terms, %.1f s, worst in light %.2f (%s)\n", int(result.fitted.terms.size()),
+  std::printf("%d terms, %.1f s, worst by waves %.2f (%s)\n", int(result.fitted.terms.size()),
               seconds.count(), light.worst, light.statistic.c_str());
   EXPECT_LE(light.worst, 1.0) << light.statistic << light.obstacle;
 }
 
-// The same with segments that stand apart by 30 nm, and by as much at their corners.
+// The same with segments offset by 30 nm in piston, and by as much at their corners.
 std::string erring_hexagons(const std::string& errors) {
   std::string text = kHexagons;
   const std::string place = R"("gap": "4 mm"})";

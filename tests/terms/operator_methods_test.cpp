@@ -161,7 +161,7 @@ TEST(OperatorMethods, PolarMatchesFactorialSums) {
 }
 
 TEST(OperatorMethods, PolarFoldsOrdersBeyondHalfTheSpokes) {
-  // m to 20 on one to forty points per ring, and numbers of rings around the block size of sixteen.
+  // m goes up to 20 with one to forty points per ring, and numbers of rings lie around the block size of 16.
   const TermSet terms = zernikes(zernike_modes(0, 20));
   for (const int spokes : {1, 2, 3, 7, 8, 19, 20, 21, 40})
     for (const int count : {1, 3, 16, 17}) {

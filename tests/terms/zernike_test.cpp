@@ -110,7 +110,7 @@ TEST(Zernike, EveryModeTo40MatchesTheFactorialSumIn200Digits) {
 TEST(Zernike, HighOrdersMatchTheFactorialSumIn200Digits) {
   const DiscPoints points = disc_points(radii(), 7, 300);
   for (const int n : {41, 60, 75, 99, 100, 150, 199, 250, 299, 300}) {
-    // From m near zero to m = n, both signs.
+    // We test m from near zero to n, with both signs.
     std::set<int> ms;
     for (const double share : {0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 1.0}) {
       const int m = n - 2 * int(std::lround(n * (1 - share) / 2));

@@ -134,7 +134,7 @@ void expect_exact_split(int family, bool annulus, double g, double cut, int draw
   const auto whole = whole_of(scene);
   const auto split = split_at(scene, cut);
   const std::vector<Statistic> shares = shares_of(scene, *whole);
-  // The error of the mean factor out of focus and of its grid.
+  // 1e-4 is the error of the mean factor out of focus, and of its grid.
   expect_mean(shares_of_draws(scene, split->low(), split, shares, draws, 1), *whole, shares, 1e-4);
   // Full realisations scatter beyond the field of view of their grid, which affects the 95 % radius.
   expect_mean(shares_of_draws(scene, scene.psd, nullptr, shares, draws, 5001), *whole, shares, 3e-3);

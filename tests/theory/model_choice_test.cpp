@@ -49,7 +49,7 @@ std::vector<Family> families() {
 
 }  // namespace
 
-// Where the choice takes rays, their error in encircled energy is at most 1.5 times the allowed one, at
+// If the choice takes rays, their error in encircled energy is at most 1.5 times the allowed one, at
 // fractions and planes between those of the choice. The choice must also take rays in some scenes.
 TEST_WITH_SHORT_FORM(ModelChoice, TakesRaysOnlyWhereTheyAreTrueOfLight) {
   constexpr double kAllowed = 0.01;

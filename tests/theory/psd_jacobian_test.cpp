@@ -42,7 +42,7 @@ const std::vector<Statistic> kStatistics{EncircledEnergyRadius{0.5, 0},
                                          ModulationTransfer{40},  // 0.3 of the cutoff
                                          EnsquaredThrough{kRing, 0},
                                          EnsquaredThrough{kRing, kOut}};
-// For rings: the truth puts the peak in the focus, which the theory does only to 3e-7.
+// For rings the truth has its peak in the focus; the theory's peak is there only to 3e-7.
 const Scene kShallow{150, 0.1, 500e-9};
 constexpr double kAgreedOfRings = 1e-6;
 const std::vector<Statistic> kRings{RingFwhm{0.5, 0.1 * kRing}, RingFwhm{0.5, {}}};

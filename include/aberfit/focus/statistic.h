@@ -19,7 +19,8 @@ enum class FocalPlane {
   kThrough,    ///< many planes; the value is a length along the axis
   kSurface,    ///< none: a moment, an integral over surface height and slope, not a count of rays
 };
-/// What a value is. It decides the requirement on a surface (`aim_of`) and what light of a band has.
+/// The physical meaning of a value. It decides the requirement on a surface (`aim_of`) and how the values of
+/// several wavelengths combine.
 enum class Measure {
   kSize = 1,    ///< a length or an angle; of a band that of the mean by energy
   kHalfWidth,   ///< a width at half maximum, which a band does not have
@@ -39,7 +40,7 @@ struct StatisticKind {
   constexpr bool in_rays() const { return physics != Physics::kWaves; }
   constexpr bool is_moment() const { return plane == FocalPlane::kSurface; }
 };
-/// What a study gives beside value, tolerance and planes.
+/// An option that a study gives with a statistic, in addition to value, tolerance and planes.
 struct StudyOption {
   enum Form {
     kNone,
@@ -130,8 +131,8 @@ struct StrehlRatio {
   static constexpr StatisticKind kKind{"strehl", Dimension::kFraction, Physics::kWaves, FocalPlane::kFocus,
                                        Measure::kIrradiance};
 };
-/// At z = f: modulus of the optical transfer function at a spatial frequency of the image. The transfer
-/// function is averaged over direction first; it is 1 at zero.
+/// Modulus of the optical transfer function at a spatial frequency of the image, in the plane z = f. The
+/// transfer function is averaged over direction first; it is 1 at zero.
 struct ModulationTransfer {
   static constexpr StatisticKind kKind{"mtf", Dimension::kFraction, Physics::kWaves, FocalPlane::kFocus,
                                        Measure::kTransfer};
@@ -167,8 +168,8 @@ template <typename S>
 concept HasPlane = std::is_same_v<decltype(S::dz), double>;
 template <typename S>
 concept HasOption = std::is_same_v<decltype(S::kOption), const StudyOption>;
-/// What a statistic must have: a whole kind; dz if its kind says so; an option for every other member; `with`
-/// for any.
+/// Requirements on a statistic type: every field of its kind is set; it has dz if its kind says so, an option
+/// for every other member, and `with` if it has any member.
 template <typename S>
 concept FocalStatistic = S::kKind.measure != Measure{} &&
                          HasPlane<S> == (S::kKind.plane == FocalPlane::kGiven) &&
@@ -189,7 +190,8 @@ bool is_share(const Statistic& statistic);
 std::optional<double> plane_of_light(const Statistic& statistic);
 /// Finds a kind by its key in a study, e.g. ee<percent>. Throws std::invalid_argument for an unknown key.
 const StatisticKind& kind_of_key(const std::string& key);
-/// What a study gives of it, and one statistic of it. They throw as kind_of_key.
+/// The option that a study gives with a statistic, and the statistic of a key with its options. They throw as
+/// kind_of_key.
 const StudyOption& option_of_key(const std::string& key);
 Statistic statistic_of_key(const std::string& key, const StatisticOptions& options);
 /// Keys that a study may name, without those of encircled-energy radii.

@@ -26,7 +26,7 @@ struct FrontierPoint {
 /// The sets that were tried, by ascending number of terms, and their results.
 struct Frontier {
   std::vector<FrontierPoint> points;
-  bool fewest = false;  ///< the run searched for the fewest; else the set of the law and its growths
+  bool fewest = false;  ///< the run searched for the fewest; else the terms by the law, or more
   double seconds = 0;   ///< sum over all sets
   double margin = 0;    ///< of the verdicts, relative
   std::string message;  ///< one sentence: which terms were taken and why

@@ -57,7 +57,7 @@ struct SumPsd {
 /// `amplitude` may have any band, because its Zernike covariances may exist even if its moments are infinite.
 std::string psd_problem(const PsdModel& model);
 
-/// What a number of a model is: how it changes with the heights, and with the scale of the frequencies.
+/// The role of a number in a model. It decides how the number scales with heights and with frequencies.
 enum class PsdRole {
   kRms,        ///< RMS height inside the band [m]
   kAmplitude,  ///< S at 1 cycle/m of the power of f that S is at high frequency [m^4]

@@ -27,7 +27,8 @@ struct DecidingDisc {
   FocalDisc disc;
   double unit = 0;  ///< > 0: energy in the disc for a relative difference of 1
 };
-/// Of an aim (`aim_of`). Nothing for properties of the surface or of rays, or where no disc does.
+/// The disc that decides an aim (`aim_of`). Returns nothing for properties of the surface or of rays, or if
+/// no disc decides.
 std::optional<DecidingDisc> deciding_disc(const Target& aim, const GeneralisedHarveyShack& mean);
 
 /// A rough mirror whose realisations are compared with their mean.

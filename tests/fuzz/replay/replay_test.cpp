@@ -1,4 +1,4 @@
-// Inputs that once did harm, and the seeds of all fuzz targets, read again each day.
+// Reads the seeds of all fuzz targets, and inputs that once made a reader fail.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -26,7 +26,7 @@ TEST(FuzzReplay, SeedsAreReadOrRefused) {
   }
 }
 
-// A seed that is refused at its first key leads nowhere.
+// A seed that is refused at its first key is useless.
 TEST(FuzzReplay, SeedsOfStudiesAreStudies) {
   const std::vector<FuzzTarget> targets = study_targets();
   targets.front().read(targets.front().seeds().front());  // writes the files that they name
