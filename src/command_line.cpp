@@ -331,10 +331,11 @@ void add_common_options(CLI::App* app, CommandLine* line) {
   app->fallthrough();  // common options may stand after the command
   app->footer(
       "Exit codes:\n  0  done (and equivalent where judged)\n  1  ran, but not converged, different or "
-      "undecided; no solution\n  2  bad input or usage\n  3  the computation failed\n  4  stopped by a "
-      "signal or by --time-limit; fit and sweep keep the best so far\n\nText is as wide as the terminal, or "
-      "as COLUMNS says; NO_COLOR and TERM=dumb remove colours.\n\nExamples:\n  aberfit new specification     "
-      "a study to start from\n  aberfit check specification.jsonc\n  aberfit fit specification.jsonc");
+      "undecided; no solution\n  2  bad input or usage\n  3  the computation failed\n  4  stopped by "
+      "--time-limit, fit and sweep also by Ctrl-C; these two keep the\n     best so far\n\nText is as wide "
+      "as the terminal, or as COLUMNS says; NO_COLOR and TERM=dumb remove colours.\n\nExamples:\n"
+      "  aberfit new specification     a study to start from\n  aberfit check specification.jsonc\n"
+      "  aberfit fit specification.jsonc");
   app->add_option("--threads", line->threads, "Number of threads (default: all); results do not depend on it")
       ->check(CLI::Range(1, 65536))
       ->type_name("N");

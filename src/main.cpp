@@ -34,7 +34,9 @@ void require_known_command(const CLI::App& app, int argc, char** argv) {
   const std::vector<std::string> near = aberfit::near_words(argv[1], names);
   const std::vector<std::string> kinds = aberfit::starter_kinds();
   const bool is_kind = std::find(kinds.begin(), kinds.end(), argv[1]) != kinds.end();
-  const std::string meant = is_kind ? fmt::format("new {}", argv[1]) : aberfit::command_for(argv[1]);
+  const std::string meant = is_kind                               ? fmt::format("new {}", argv[1])
+                            : std::string_view(argv[1]) == "help" ? "--help"
+                                                                  : aberfit::command_for(argv[1]);
   const std::string guess = !meant.empty()  ? fmt::format("`aberfit {}`, or another of ", meant)
                             : !near.empty() ? fmt::format("did you mean \"{}\"? one of ", near.front())
                                             : "";

@@ -61,7 +61,15 @@ class Places {
       for (const auto& item : node["patternProperties"].items())
         add({before + item.value().value("title", item.key()), item.key(), kind, false, &item.value()});
   }
+  // The alternatives of an object may have a key in common, such as spiders, whose own keys are listed once.
+  bool is_known(const Place& place) const {
+    return std::any_of(all.begin(), all.end(), [&](const Place& known) {
+      return known.path == place.path && known.kind == place.kind && known.required == place.required &&
+             *known.schema == *place.schema;
+    });
+  }
   void add(Place place) {
+    if (is_known(place)) return;
     all.push_back(place);
     visit(*place.schema, place.path, "");
   }
@@ -195,11 +203,20 @@ std::string keys_below(const Places& places, const Place* of, int width) {
   return text;
 }
 
-std::string explained(const Place& place, int width) {
+bool is_alike(const Place& one, const Place& other) {
+  return one.required == other.required && *one.schema == *other.schema;
+}
+
+// alike: one place, or a key that several alternatives of an object have in common.
+std::string explained(const std::vector<const Place*>& alike, int width) {
+  const Place& place = *alike.front();
   const Json& node = *place.schema;
   const Words said = words_of(node);
+  std::vector<std::string> kinds;
+  for (const Place* one : alike)
+    if (!one->kind.empty()) kinds.push_back("\"" + one->kind + "\"");
   std::string head = toned(place.path, Tone::kStrong, stdout);
-  if (!place.kind.empty()) head += " of \"" + place.kind + "\"";
+  if (!kinds.empty()) head += fmt::format(" of {}", fmt::join(kinds, ", "));
   std::vector<std::pair<std::string, std::string>> rows;
   const auto row = [&](const char* name, const std::string& text) {
     if (!text.empty()) rows.emplace_back(name, text);
@@ -276,8 +293,15 @@ std::string explained_key(const Json& schema, const std::string& typed, int widt
       if (rows.empty() || rows.back().first != place->path) rows.emplace_back(place->path, row_of(*place));
     return fmt::format("several keys are called {}\n", key) + table(rows, width);
   }
-  for (const Place* place : found) text += (text.empty() ? "" : "\n") + explained(*place, width);
-  return text + keys_below(places, found.front(), width);
+  const std::string below = keys_below(places, found.front(), width);
+  while (!found.empty()) {
+    const Place& first = *found.front();
+    const auto others = std::stable_partition(found.begin(), found.end(),
+                                              [&](const Place* place) { return is_alike(*place, first); });
+    text += (text.empty() ? "" : "\n") + explained({found.begin(), others}, width);
+    found.erase(found.begin(), others);
+  }
+  return text + below;
 }
 
 }  // namespace aberfit::internal

@@ -81,8 +81,8 @@ void write_exports(const Study& study, const std::string& folder, ResultDocument
       const auto [name, content] = export_file(format, input);
       write_file(folder + name, content);
     } catch (const std::invalid_argument& error) {
-      result->warnings.push_back(
-          {"export-left-out", export_names()[std::size_t(format)] + ": " + error.what()});
+      const std::string name = export_names()[std::size_t(format)] + ": ", what = error.what();
+      result->warnings.push_back({"export-left-out", what.starts_with(name) ? what : name + what});
     }
   }
 }

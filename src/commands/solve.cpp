@@ -130,6 +130,9 @@ Specification run_solve(const Study& given, const RunOptions& options) {
     Specification whole = solve_specification(together, unknowns, study.solve->budgets, how, context);
     if (!others.empty() && whole.status == SolveStatus::kSolved)
       whole.uses = uses_of_budget(own(whole.solutions.front().at), others, whole.budgets, context.threads);
+    if (!others.empty() && whole.status == SolveStatus::kNoSolution)
+      whole.reason +=
+          " The contributors in `with` are a part of each value, also where the mirror is smooth.";
     return whole;
   });
   spec.title = study.title;

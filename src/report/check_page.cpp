@@ -167,9 +167,12 @@ void add_cost(Rows* rows, const CheckReport& report) {
                                          plural(report.threads, "thread")));
   const std::string verdict =
       cost.verdict_seconds ? ", and " + time_text(*cost.verdict_seconds) + " for the verdict" : "";
-  rows->add("time of `fit`", fmt::format("{} to {} iterations: {}{} to {}{}", law::kFewIterations,
-                                         law::kManyIterations, more, time_text(law::kFewIterations * each),
-                                         time_text(law::kManyIterations * each), verdict));
+  rows->add(
+      "time of `fit`",
+      fmt::format("{} to {} iterations: {}{} to {}{}; realisations to compare with and "
+                  "pictures come on top",
+                  law::kFewIterations, law::kManyIterations, more, time_text(law::kFewIterations * each),
+                  time_text(law::kManyIterations * each), verdict));
 }
 
 }  // namespace

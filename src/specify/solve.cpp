@@ -289,8 +289,8 @@ Specification solve_specification(const TaskAt& task_at, const std::vector<Solve
       throw FieldError("solve.so_that", budget.key + " with theory " + to_string(spec.theory),
                        "target.theory \"ghs\"; by rays only ee radii, heights, slopes and scatter_rms");
     if (options.confidence > 0)
-      throw FieldError("solve.confidence", "beside " + budget.key,
-                       "ee radii and diameters, rms_height, scatter_rms");
+      throw FieldError("solve.confidence", "beside the budget " + budget.key,
+                       "beside budgets of ee radii and diameters, rms_height and scatter_rms only");
   }
   if (options.confidence > 0 && spec.theory != Theory::kGhs)
     throw FieldError("solve.confidence",

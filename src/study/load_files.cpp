@@ -61,22 +61,27 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
   }
 }
 
-void load_mask(Study* study) {
-  const ApertureSpec& spec = *study->obstructed;
-  const auto* mask = std::get_if<MaskFile>(&spec.shape);
-  if (!mask || aperture_area(study->aperture) > 0) return;
-  const std::string path = locate(*study, mask->file, "/aperture/file");
+SegmentedAperture outlines_of(const Study& study, const MaskFile& mask) {
+  const std::string path = locate(study, mask.file, "/aperture/file");
   try {
-    const SegmentedAperture outlines = mask_outlines(read_mask(path), mask->pitch);
-    const std::optional<Aperture> clear = clear_of(spec, outlines);
-    if (!clear)
-      throw InputError(study->path, "/aperture/spiders", "vanes that cover the aperture",
-                       "vanes that leave a part of it clear");
-    study->aperture = *clear;
+    return mask_outlines(read_mask(path), mask.pitch);
   } catch (const ComputationError& error) {
-    throw InputError(study->path, "/aperture/file", fmt::format("in \"{}\": {}", mask->file, error.what()),
+    throw InputError(study.path, "/aperture/file", fmt::format("in \"{}\": {}", mask.file, error.what()),
                      "an image from 0 (opaque) to 1 (clear) that is grey only at edges");
   }
+}
+
+// A file leaves only masks to us, a program also shapes with spiders.
+void load_aperture(Study* study) {
+  if (aperture_area(study->aperture) > 0) return;
+  const ApertureSpec& spec = *study->obstructed;
+  const auto* mask = std::get_if<MaskFile>(&spec.shape);
+  const std::optional<Aperture> clear =
+      clear_of(spec, mask ? outlines_of(*study, *mask) : SegmentedAperture{});
+  if (!clear)
+    throw InputError(study->path, "/aperture/spiders", "vanes that cover the aperture",
+                     "vanes that leave a part of it clear");
+  study->aperture = *clear;
 }
 
 // '#' after a blank starts a comment; one row of names may stand before the numbers.
@@ -168,7 +173,7 @@ void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
 }  // namespace
 
 void load_files(Study& study) {
-  if (study.obstructed) load_mask(&study);
+  if (study.obstructed) load_aperture(&study);
   if (study.roughness && !study.psd) {
     load_roughness(study, *study.roughness, "/roughness/psd");
     study.psd = psd_model(*study.roughness);

@@ -216,6 +216,11 @@ TEST(ExplainedKey, ThatIsSeveralIsListedAndThatIsUnknownHasNearOnes) {
   EXPECT_NE(unknown.find("similar ones: roughness/psd"), std::string::npos) << unknown;
   EXPECT_NE(printed(folder, "schema focal_lenght", 2).find("mirror/focal_length"), std::string::npos);
   EXPECT_NE(printed(folder, "schema annulus").find("* inner_diameter"), std::string::npos);
+  // A key of every shape is explained once, with its own keys once.
+  const std::string spiders = printed(folder, "schema aperture/spiders");
+  EXPECT_NE(spiders.find("of \"circle\", \"annulus\", "), std::string::npos) << spiders;
+  for (const char* once : {"vanes from the axis", "* width"})
+    EXPECT_EQ(spiders.find(once), spiders.rfind(once)) << spiders;
   EXPECT_NE(printed(folder, "schema xyzzyxyzzy", 2).find("schema study"), std::string::npos);
 }
 
@@ -261,6 +266,7 @@ TEST(MistypedCommandLine, IsAnsweredWithWhatWasMeant) {
   const ScratchFolder folder;
   for (const auto& [typed, meant] : {std::pair{"sovle x.json", "did you mean \"solve\"?"},
                                      {"budget", "`aberfit new budget`"},
+                                     {"help", "`aberfit --help`"},
                                      {"fit x.json --treads 2", "--treads: did you mean --threads?"},
                                      {"fit x.json --out=a", "--out: did you mean --output?"}})
     EXPECT_NE(printed(folder, typed, 2).find(meant), std::string::npos) << typed;

@@ -108,7 +108,9 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   EXPECT_EQ(row(table, "rays"), "65536");
   EXPECT_EQ(row(table, "memory of `fit`"), "250 MB: 11 residuals on 65536 rays");
   EXPECT_EQ(row(table, "one iteration"), "0.25 s on 2 threads, just measured");
-  EXPECT_EQ(row(table, "time of `fit`"), "10 to 40 iterations: 2.5 s to 10 s, and 1.5 s for the verdict");
+  EXPECT_EQ(row(table, "time of `fit`"),
+            "10 to 40 iterations: 2.5 s to 10 s, and 1.5 s for the verdict; realisations to compare with and "
+            "pictures come on top");
   EXPECT_EQ(json["cost"], (ordered_json{{"pupil_points", 65536},
                                         {"residuals", 11},
                                         {"bytes", 2.5e8},
@@ -197,7 +199,8 @@ TEST(CheckReport, AnIterationThatWasNotMadeOrNotWaitedForSaysSo) {
   report.cost->verdict_seconds.reset();
   EXPECT_EQ(row(text_of(page_of(report)), "one iteration"), "more than 2 min on 2 threads, just measured");
   EXPECT_EQ(row(text_of(page_of(report)), "time of `fit`"),
-            "10 to 40 iterations: more than 20 min to 80 min");
+            "10 to 40 iterations: more than 20 min to 80 min; realisations to compare with and pictures come "
+            "on top");
   EXPECT_EQ(to_json(report, {})["cost"]["at_least"], true);
   report.cost->iteration_seconds.reset();
   report.cost->obstacle = "the grid is too fine";

@@ -510,6 +510,10 @@ TEST(ReadStudy, AMaskIsItsOutline) {
   EXPECT_NEAR(aperture_area(mask.aperture) / (std::numbers::pi * (0.18 * 0.18 - 0.05 * 0.05)), 1, 0.02);
   EXPECT_LT(aperture_area(read(std::string(", ") + kVanes).aperture), 0.99 * aperture_area(mask.aperture));
   EXPECT_TRUE(completed(mask).aperture == mask.aperture);
+  Study made = mask;  // a program names shape and vanes, and leaves the aperture alone
+  made.aperture = Aperture{};
+  made.obstructed = ApertureSpec{AnnulusAperture{0.36, 0.1}, {{0.01, 0.5}}};
+  EXPECT_TRUE(completed(made).aperture == Aperture(obstructed(AnnulusAperture{0.36, 0.1}, {{0.01, 0.5}})));
   folder.write("pupil.txt", "0.2 0.3\n0.1 0.2\n");
   EXPECT_THROW(read(""), InputError);
 }

@@ -53,7 +53,9 @@ struct Vane {
   double offset = 0;  ///< shift of its centre line from the axis, to the left [m]
   bool operator==(const Vane&) const = default;
 };
-/// The aperture without the area of the vanes. A circle becomes a 1,440-gon, whose area is 3e-6 smaller.
+/// The aperture without the area of the vanes. A circle becomes a 1,440-gon, whose area is 3e-6 smaller. A
+/// study file cannot name these outlines: a program that fills a Study names shape and vanes in
+/// Study::obstructed.
 SegmentedAperture obstructed(const Aperture& aperture, const std::vector<Vane>& vanes);
 /// Outlines of a transmission mask. `share` is the transmitted fraction of each pixel, 0 to 1 (NaN counts as
 /// 0). Rows run along y and columns along x; the centre of the mask lies on the axis. `pitch`: pixel width

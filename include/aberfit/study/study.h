@@ -189,7 +189,7 @@ struct Study : Task {
   std::string description;  ///< text for people, of any length
   std::string schema;       ///< address of the JSON Schema; only editors read it
   /// The file's description, if `aperture` is computed from it: a mask, or a shape and the spiders that cover
-  /// a part of it.
+  /// a part of it. A program sets this in place of `aperture`.
   std::optional<ApertureSpec> obstructed;
   std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is its model
   std::optional<MapTarget> map;             ///< target.map: instead of statistics
