@@ -14,6 +14,7 @@
 #include "aberfit/core/text.h"
 #include "aberfit/report/documents.h"
 #include "file_purposes.h"
+#include "glossary.h"
 #include "json_number.h"
 
 namespace aberfit {
@@ -118,7 +119,10 @@ std::string words_of(const Json& node) {
   for (const auto& [key, value] : node.items()) {
     std::string name = key;
     std::replace(name.begin(), name.end(), '_', ' ');
-    join(name + " " + (value.is_object() ? "(" + words_of(value) + ")" : words_of(value)));
+    if (value.is_structured() && value.empty())
+      join(name);
+    else
+      join(name + " " + (value.is_object() ? "(" + words_of(value) + ")" : words_of(value)));
   }
   return text;
 }
@@ -140,6 +144,23 @@ std::string base64(const std::string& bytes) {
       group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
     for (std::size_t k = 0; k < 4; ++k)
       text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+// The subcommand that makes a kind of result.
+std::string command_of(const std::string& kind) {
+  if (kind == "ceilings" || kind == "psd-of-focus") return "solve";
+  return kind == "check-of-map" ? "check" : kind;
+}
+
+// "Result of aberfit fit, version 1.0.0, of 2026-01-02 10:00:00 UTC, on AMD EPYC, 2 threads".
+std::string made_by(const std::string& kind, const Json& provenance, const std::vector<Page::Text>& run) {
+  std::string text =
+      fmt::format("Result of aberfit {}, version {}", command_of(kind), provenance.value("version", ""));
+  for (const Page::Text& one : run) {
+    if (one.label == "date") text += ", of " + one.text;
+    if (one.label == "machine") text += ", on " + one.text;
   }
   return text;
 }
@@ -301,13 +322,14 @@ std::string html_of(const HtmlReport& report) {
   for (const Warning& warning : page.warnings)
     warnings.push_back({{"code", warning.code}, {"message", warning.message}});
   Json context = {{"heading", page.title.empty() ? "aberfit " + kind : page.title},
-                  {"made", fmt::format("Result of aberfit {}, version {}", kind, from.value("version", ""))},
+                  {"made", made_by(kind, from, report.run)},
                   {"description", report.asked.value("description", "")},
                   {"headline", page.headline},
                   {"tone", word_of(page.tone)},
                   {"advice", page.advice},
                   {"has_asked", !asked.empty()},
                   {"asked", asked},
+                  {"has_answers", !page.answers.empty()},
                   {"answers", rows_of(page.answers)},
                   {"has_warnings", !warnings.empty()},
                   {"warnings", warnings},
@@ -319,6 +341,12 @@ std::string html_of(const HtmlReport& report) {
                   {"files", named(files_with_purpose(report.folder), "name", "purpose")},
                   {"provenance", provenance_of(report.document, report.run)},
                   {"numbers", numbers_of(report.document)}};
+  std::string said;
+  for (const char* part : {"headline", "advice", "asked", "answers", "warnings", "parts"})
+    said += context[part].dump(-1, ' ', false, Json::error_handler_t::replace);
+  const Json words = named(words_in(said), "label", "text");
+  context["has_words"] = !words.empty();
+  context["words"] = words;
   const std::size_t without = context.dump(-1, ' ', false, Json::error_handler_t::replace).size() * 2;
   const Json pictures = pictures_of(report, kMostBytes - std::min(kMostBytes, without));
   context["has_pictures"] = !pictures.empty();
