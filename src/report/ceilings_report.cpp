@@ -98,6 +98,11 @@ Page page_of(const Ceilings& ceilings) {
   page.answers.push_back({"What would change it",
                           "Roughness in other octaves uses a part of the same budgets. The lines A/f^B allow "
                           "for the whole band."});
+  if (found)
+    page.answers.push_back(
+        {"What to do next",
+         "A line A/f^B can go on the drawing as it is. A measured PSD (`aberfit psd`) must "
+         "stay below that line; its octaves must at least stay below their ceilings."});
   page.say("Budget", shown_bounds(ceilings));
   page.say("Theory", fmt::format("{}; plate scale 1/f = {:.5g} arcsec/mm", to_string(ceilings.theory),
                                  1e-3 / ceilings.focal_length / unit_factor("arcsec", Dimension::kAngle)));
