@@ -19,7 +19,7 @@ constexpr Word kStatistics[] = {
     {R"(\bensquared\d)", "ensquared80", "side of the square that holds 80 % of the energy; others likewise"},
     {R"(\bee_within\b)", "ee_within", "fraction of the energy inside a given radius"},
     {R"((radius|diameter|side|within|fwhm)@-?\d)", "@-0.02mm",
-     "in the plane 0.02 mm before the focal plane z = f; without a minus sign behind it"},
+     "in the plane 0.02 mm before the focal plane z = f; a positive number is behind it"},
     {R"(\bring_fwhm\b)", "ring_fwhm",
      "depth of focus: full width at half maximum, along the axis, of the energy inside one ring. The ring "
      "holds 90 % of the energy at z = f, or as @ring says"},

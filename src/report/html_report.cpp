@@ -283,9 +283,58 @@ Json flattened(const Json& study) {
   return rows;
 }
 
+// Rows that at least two results have, or those that only one has.
+Json shared_rows(const Json& rows, bool shared) {
+  Json some = Json::array();
+  for (const Json& row : rows) {
+    const auto have = std::count_if(row["values"].begin(), row["values"].end(),
+                                    [](const Json& value) { return value != "-"; });
+    if (row["key"] != "headline" && (have > 1) == shared) some.push_back(row);
+  }
+  return some;
+}
+
+// Title, program and inputs of each result, one row per label.
+Json origins_of(const std::vector<ComparedResult>& results) {
+  std::vector<std::string> order;
+  std::map<std::string, std::vector<std::string>> all;
+  for (std::size_t k = 0; k < results.size(); ++k) {
+    const Json& document = results[k].document;
+    const auto add = [&](const std::string& label, const std::string& value) {
+      if (!all.contains(label)) {
+        order.push_back(label);
+        all[label] = std::vector<std::string>(results.size(), "-");
+      }
+      all[label][k] = value;
+    };
+    add("study", document.value("study", Json::object()).value("title", ""));
+    add("command", "aberfit " + command_of(document.value("kind", "")));
+    for (const Json& row : provenance_of(document, {})) add(row["label"], row["text"]);
+  }
+  Json rows = Json::array();
+  for (const std::string& label : order) rows.push_back({{"label", label}, {"values", all[label]}});
+  return rows;
+}
+
+// The mirror, its light and its roughness, where all results have the same.
+Json common_of(const std::vector<ComparedResult>& results) {
+  Json rows = Json::array();
+  for (const char* key : {"mirror", "aperture", "light", "roughness"}) {
+    const auto block = [key](const ComparedResult& one) {
+      return one.document.value("study", Json::object()).value(key, Json());
+    };
+    const bool same = !results.empty() && !block(results.front()).is_null() &&
+                      std::all_of(results.begin(), results.end(), [&](const ComparedResult& one) {
+                        return block(one) == block(results.front());
+                      });
+    if (same) rows.push_back(labelled(key, words_of(block(results.front()))));
+  }
+  return rows;
+}
+
 }  // namespace
 
-std::string html_of(const std::vector<ComparedResult>& results) {
+std::string html_of(const std::vector<ComparedResult>& results, const std::vector<Page::Text>& run) {
   Json listed = Json::array(), names = Json::array();
   std::vector<Json> asked, numbers;
   for (const ComparedResult& one : results) {
@@ -299,13 +348,24 @@ std::string html_of(const std::vector<ComparedResult>& results) {
     asked.push_back(flattened(one.document.value("study", Json::object())));
     numbers.push_back(numbers_of(one.document));
   }
-  const Json differing_asked = differing(asked);
+  const Json differing_asked = differing(asked), differing_numbers = differing(numbers);
+  const Json common = common_of(results), single = shared_rows(differing_numbers, false);
+  const Json words =
+      named(words_in(listed.dump(-1, ' ', false, Json::error_handler_t::replace)), "label", "text");
   const Json context = {{"heading", fmt::format("{} results side by side", results.size())},
                         {"results", listed},
                         {"names", names},
                         {"has_asked", !differing_asked.empty()},
                         {"asked", differing_asked},
-                        {"numbers", differing(numbers)}};
+                        {"has_common", !common.empty()},
+                        {"common", common},
+                        {"origins", origins_of(results)},
+                        {"has_words", !words.empty()},
+                        {"words", words},
+                        {"run", rows_of(run)},
+                        {"numbers", shared_rows(differing_numbers, true)},
+                        {"has_single", !single.empty()},
+                        {"single", single}};
   return rendered("compare.html", context);
 }
 
