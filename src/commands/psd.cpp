@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
@@ -43,16 +44,16 @@ ordered_json psd_json(const PsdReport& report, const MeasuredPsd& measured) {
 }
 
 // The measurement of a study, or files with the options of the command line.
-MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
+MeasuredPsd measured_by(const CommandLine& line, std::string* title, std::optional<Study>* of_study) {
   const std::string& first = line.measured_files.front();
   if (first == "-" || first.ends_with(".json") || first.ends_with(".jsonc")) {
     if (line.measured_files.size() > 1 || !line.psd_of_file.empty() || !line.psd_of_block.empty() ||
         line.keep_lines)
       throw InputError("command line", "", "options or further files beside a study",
                        "the study alone, because they are keys of its `psd` block");
-    const Study study = read_study(first, line.changes);
-    *title = study.title;
-    return measured_psd_of(study);
+    *of_study = read_study(first, line.changes);
+    *title = (*of_study)->title;
+    return measured_psd_of(**of_study);
   }
   if (!line.changes.empty())
     throw InputError(kCommandLine, "--set \"" + line.changes.front() + "\"", "measured files, but no study",
@@ -78,7 +79,8 @@ const MeasuredPsd& measured_psd_of(const Study& study) {
   return *measured;
 }
 
-PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options) {
+PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options,
+                  const Study* study) {
   ResultFolder results(options.output_directory, claim_of_psd(options));
   PsdReport report;
   report.title = title;
@@ -106,6 +108,7 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   report.warnings.insert(report.warnings.end(), measured.result.warnings.begin(),
                          measured.result.warnings.end());
   report.provenance = provenance_of(measured, options);
+  if (study) report.provenance.inputs = provenance_of(*study, options).inputs;
   if (results.wanted()) {
     const std::string folder = results.path() + "/";
     auto drawn = draw_pictures(report, folder, wanted_pictures(options), &report.warnings);
@@ -115,7 +118,8 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
     write_file(folder + "roughness.json", roughness.dump(2) + "\n");
     const ordered_json document = psd_json(report, measured);
     write_result(results.path(), options,
-                 {page_of(report, roughness), document, document["request"], std::move(drawn)});
+                 {page_of(report, roughness), document, study ? typed_study(*study) : document["request"],
+                  std::move(drawn)});
     results.show();
   }
   return report;
@@ -130,8 +134,9 @@ ExitCode psd_command(CommandLine line) {
   choose_output_directory(&line, "psd");
   const RunOptions options = run_options(line, &progress);
   ResultFolder::look(options.output_directory, claim_of_psd(options));  // before there is anything to lose
-  const MeasuredPsd measured = measured_by(line, &title);
-  const PsdReport report = run_psd(measured, title, options);
+  std::optional<Study> study;
+  const MeasuredPsd measured = measured_by(line, &title, &study);
+  const PsdReport report = run_psd(measured, title, options, study ? &*study : nullptr);
   progress.clear();
   print(
       line, [&] { return psd_json(report, measured); }, page_of(report, roughness_block(measured)));

@@ -1,6 +1,8 @@
 // `aberfit report` shows several results side by side.
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <ctime>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -48,7 +50,11 @@ ExitCode report_command(CommandLine line) {
   std::vector<ComparedResult> results;
   for (std::size_t k = 0; k < documents.size(); ++k)
     results.push_back({line.result_folders[k], documents[k], link_to(line.result_folders[k], page)});
-  write_file(page.string(), html_of(results));
+  const std::vector<Page::Text> run = {
+      {"page made", fmt::format("{:%Y-%m-%d %H:%M:%S} UTC by aberfit {}", fmt::gmtime(std::time(nullptr)),
+                                make_provenance(0, 1).version)},
+      {"machine", this_machine()}};
+  write_file(page.string(), html_of(results, run));
   if (!line.quiet) fmt::print(stderr, "report in {}\n", page.string());
   return ExitCode::kDone;
 }

@@ -92,12 +92,19 @@ Page page_of(const Ceilings& ceilings) {
                           "Each ceiling is exact to 1e-11 for the mean PSF of such mirrors. Two of them "
                           "cannot be used at once."});
   page.answers.push_back(
-      {"What it rests on", to_string(ceilings.theory) == "ghs"
-                               ? "Generalised Harvey-Shack for a stationary, isotropic, Gaussian roughness."
-                               : "Geometric Harvey-Shack."});
+      {"What it rests on",
+       to_string(ceilings.theory) == "ghs"
+           ? "Generalised Harvey-Shack for a stationary, isotropic, Gaussian roughness. The PSD "
+             "of the study is not used."
+           : "Geometric Harvey-Shack. The PSD of the study is not used."});
   page.answers.push_back({"What would change it",
                           "Roughness in other octaves uses a part of the same budgets. The lines A/f^B allow "
                           "for the whole band."});
+  if (found)
+    page.answers.push_back(
+        {"What to do next",
+         "A line A/f^B can go on the drawing as it is. A measured PSD (`aberfit psd`) must "
+         "stay below that line; its octaves must at least stay below their ceilings."});
   page.say("Budget", shown_bounds(ceilings));
   page.say("Theory", fmt::format("{}; plate scale 1/f = {:.5g} arcsec/mm", to_string(ceilings.theory),
                                  1e-3 / ceilings.focal_length / unit_factor("arcsec", Dimension::kAngle)));

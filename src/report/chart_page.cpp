@@ -116,6 +116,12 @@ Page page_of(const Chart& chart) {
   page.answers.push_back({"What it rests on", "It holds for this scene; another scene has another chart."});
   page.answers.push_back(
       {"What would change it", "A larger --seconds gives finer references and more settings."});
+  page.answers.push_back({"How to read the tables",
+                          "\"today\" is the setting of the study, or the automatic one; \"cheapest\" is the "
+                          "fastest setting within the tolerance."});
+  page.answers.push_back({"What to do next",
+                          "Where the cheapest setting is much faster, give it in the study; else leave the "
+                          "settings out. chart.csv has every setting that was measured."});
   for (const ChartFamily& family : chart.families) add_family(&page, family);
   page.warnings = chart.warnings;
   return page;

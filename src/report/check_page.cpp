@@ -175,11 +175,35 @@ void add_cost(Rows* rows, const CheckReport& report) {
                   time_text(law::kManyIterations * each), verdict));
 }
 
+void add_answers(Page* page, const CheckReport& report) {
+  const auto say = [&](const char* label, std::string text) {
+    page->answers.push_back({label, std::move(text)});
+  };
+  say("What it answers",
+      "Nothing is fitted or judged here. The page shows the focus that the study predicts, the model that it "
+      "needs, and the size and time of a fit.");
+  if (report.scene) {
+    say("How certain", "The focus is the mean over all mirrors of this specification. " +
+                           (report.scene->spread.worst()
+                                ? "Single mirrors vary about it with a standard deviation of up to " +
+                                      spread_words(*report.scene->spread.worst()) + "."
+                                : std::string("Single mirrors vary about it.")));
+    say("What it rests on",
+        "Harvey-Shack theory for a stationary, isotropic, Gaussian roughness with the given PSD. Geometric "
+        "rays stand beside it for comparison.");
+  }
+  say("What would change it",
+      "The roughness, the aperture and the wavelength set the focus; `target`, `terms` and `equivalence` set "
+      "the size of the fit.");
+  say("What to do next", "`aberfit fit` with the same study finds the terms and judges them.");
+}
+
 }  // namespace
 
 Page page_of(const CheckReport& report) {
   Page page;
   page.title = report.title;
+  add_answers(&page, report);
   Rows rows;
   rows.add("f-number", fmt::format("f/{:.3g}", report.mirror.f_number));
   rows.add("rim above vertex", metres_text(report.mirror.rim_sag_max));
@@ -203,6 +227,9 @@ Page page_of(const CheckReport& report) {
 Page page_of(const MapCheckReport& report) {
   Page page;
   page.title = report.title;
+  page.answers = {{"What it answers", "Nothing is fitted here. The page shows what the map holds."},
+                  {"What it rests on", "The measured heights, and the terms and band of the study."},
+                  {"What to do next", "`aberfit fit` with the same study fits the terms to the map."}};
   Rows rows;
   rows.add("map", fmt::format("{} x {} points, {} valid, pitch {}", report.columns, report.rows, report.valid,
                               pitches_text(report.pitch_x, report.pitch_y)));

@@ -200,8 +200,32 @@ std::string use_of(const ResultDocument& result) {
   return result.band.shares->cut > 0 ? std::string(kUse) + " " + kBeware : kUseWithoutTerms;
 }
 
+// The same for least-squares terms of a map, which have no target.
+void add_map_answers(Page* page, const ResultDocument& result) {
+  const MapFitResult& map = *result.map.fit;
+  page->answers = {
+      {"Why not judged",
+       "The study gives a measured map and no roughness, so there is no target. With a `roughness` in the "
+       "study the terms are judged against it."},
+      {"How certain",
+       fmt::format("The residual is {} RMS on the {} fitted points and {} RMS on {} points that the fit did "
+                   "not use. Where these two are alike, the terms describe the surface and not its noise.",
+                   metres_text(map.rms_residual), map.points, metres_text(map.rms_held_out),
+                   map.held_out_points)},
+      {"What it rests on",
+       fmt::format("Terms are fitted to the measured heights by least squares, without piston and tilt. The "
+                   "focus of the terms comes from {}.",
+                   by_waves(result) ? "diffraction" : "geometric rays")},
+      {"What would change it",
+       "More terms leave a smaller residual; another `aperture` or mask changes the points that count."},
+      {"What to do next",
+       "Give the surface the terms (coefficients.csv or an export). The residual is roughness that they "
+       "leave out; `aberfit psd` finds its PSD in the map."}};
+}
+
 // Adds the certainty of the answer, its basis and its remedies.
 void add_answers(Page* page, const ResultDocument& result, const ShownStatistics& shown) {
+  if (only_map(result)) return add_map_answers(page, result);
   const std::vector<EquivalenceMetric>& deciding = decided_by(result);
   const auto say = [&](const char* label, std::string text) {
     page->answers.push_back({label, std::move(text)});

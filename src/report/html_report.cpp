@@ -14,6 +14,7 @@
 #include "aberfit/core/text.h"
 #include "aberfit/report/documents.h"
 #include "file_purposes.h"
+#include "glossary.h"
 #include "json_number.h"
 
 namespace aberfit {
@@ -118,7 +119,10 @@ std::string words_of(const Json& node) {
   for (const auto& [key, value] : node.items()) {
     std::string name = key;
     std::replace(name.begin(), name.end(), '_', ' ');
-    join(name + " " + (value.is_object() ? "(" + words_of(value) + ")" : words_of(value)));
+    if (value.is_structured() && value.empty())
+      join(name);
+    else
+      join(name + " " + (value.is_object() ? "(" + words_of(value) + ")" : words_of(value)));
   }
   return text;
 }
@@ -140,6 +144,23 @@ std::string base64(const std::string& bytes) {
       group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
     for (std::size_t k = 0; k < 4; ++k)
       text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+// The subcommand that makes a kind of result.
+std::string command_of(const std::string& kind) {
+  if (kind == "ceilings" || kind == "psd-of-focus") return "solve";
+  return kind == "check-of-map" ? "check" : kind;
+}
+
+// "Result of aberfit fit, version 1.0.0, of 2026-01-02 10:00:00 UTC, on AMD EPYC, 2 threads".
+std::string made_by(const std::string& kind, const Json& provenance, const std::vector<Page::Text>& run) {
+  std::string text =
+      fmt::format("Result of aberfit {}, version {}", command_of(kind), provenance.value("version", ""));
+  for (const Page::Text& one : run) {
+    if (one.label == "date") text += ", of " + one.text;
+    if (one.label == "machine") text += ", on " + one.text;
   }
   return text;
 }
@@ -262,9 +283,58 @@ Json flattened(const Json& study) {
   return rows;
 }
 
+// Rows that at least two results have, or those that only one has.
+Json shared_rows(const Json& rows, bool shared) {
+  Json some = Json::array();
+  for (const Json& row : rows) {
+    const auto have = std::count_if(row["values"].begin(), row["values"].end(),
+                                    [](const Json& value) { return value != "-"; });
+    if (row["key"] != "headline" && (have > 1) == shared) some.push_back(row);
+  }
+  return some;
+}
+
+// Title, program and inputs of each result, one row per label.
+Json origins_of(const std::vector<ComparedResult>& results) {
+  std::vector<std::string> order;
+  std::map<std::string, std::vector<std::string>> all;
+  for (std::size_t k = 0; k < results.size(); ++k) {
+    const Json& document = results[k].document;
+    const auto add = [&](const std::string& label, const std::string& value) {
+      if (!all.contains(label)) {
+        order.push_back(label);
+        all[label] = std::vector<std::string>(results.size(), "-");
+      }
+      all[label][k] = value;
+    };
+    add("study", document.value("study", Json::object()).value("title", ""));
+    add("command", "aberfit " + command_of(document.value("kind", "")));
+    for (const Json& row : provenance_of(document, {})) add(row["label"], row["text"]);
+  }
+  Json rows = Json::array();
+  for (const std::string& label : order) rows.push_back({{"label", label}, {"values", all[label]}});
+  return rows;
+}
+
+// The mirror, its light and its roughness, where all results have the same.
+Json common_of(const std::vector<ComparedResult>& results) {
+  Json rows = Json::array();
+  for (const char* key : {"mirror", "aperture", "light", "roughness"}) {
+    const auto block = [key](const ComparedResult& one) {
+      return one.document.value("study", Json::object()).value(key, Json());
+    };
+    const bool same = !results.empty() && !block(results.front()).is_null() &&
+                      std::all_of(results.begin(), results.end(), [&](const ComparedResult& one) {
+                        return block(one) == block(results.front());
+                      });
+    if (same) rows.push_back(labelled(key, words_of(block(results.front()))));
+  }
+  return rows;
+}
+
 }  // namespace
 
-std::string html_of(const std::vector<ComparedResult>& results) {
+std::string html_of(const std::vector<ComparedResult>& results, const std::vector<Page::Text>& run) {
   Json listed = Json::array(), names = Json::array();
   std::vector<Json> asked, numbers;
   for (const ComparedResult& one : results) {
@@ -278,13 +348,24 @@ std::string html_of(const std::vector<ComparedResult>& results) {
     asked.push_back(flattened(one.document.value("study", Json::object())));
     numbers.push_back(numbers_of(one.document));
   }
-  const Json differing_asked = differing(asked);
+  const Json differing_asked = differing(asked), differing_numbers = differing(numbers);
+  const Json common = common_of(results), single = shared_rows(differing_numbers, false);
+  const Json words =
+      named(words_in(listed.dump(-1, ' ', false, Json::error_handler_t::replace)), "label", "text");
   const Json context = {{"heading", fmt::format("{} results side by side", results.size())},
                         {"results", listed},
                         {"names", names},
                         {"has_asked", !differing_asked.empty()},
                         {"asked", differing_asked},
-                        {"numbers", differing(numbers)}};
+                        {"has_common", !common.empty()},
+                        {"common", common},
+                        {"origins", origins_of(results)},
+                        {"has_words", !words.empty()},
+                        {"words", words},
+                        {"run", rows_of(run)},
+                        {"numbers", shared_rows(differing_numbers, true)},
+                        {"has_single", !single.empty()},
+                        {"single", single}};
   return rendered("compare.html", context);
 }
 
@@ -301,13 +382,14 @@ std::string html_of(const HtmlReport& report) {
   for (const Warning& warning : page.warnings)
     warnings.push_back({{"code", warning.code}, {"message", warning.message}});
   Json context = {{"heading", page.title.empty() ? "aberfit " + kind : page.title},
-                  {"made", fmt::format("Result of aberfit {}, version {}", kind, from.value("version", ""))},
+                  {"made", made_by(kind, from, report.run)},
                   {"description", report.asked.value("description", "")},
                   {"headline", page.headline},
                   {"tone", word_of(page.tone)},
                   {"advice", page.advice},
                   {"has_asked", !asked.empty()},
                   {"asked", asked},
+                  {"has_answers", !page.answers.empty()},
                   {"answers", rows_of(page.answers)},
                   {"has_warnings", !warnings.empty()},
                   {"warnings", warnings},
@@ -319,6 +401,12 @@ std::string html_of(const HtmlReport& report) {
                   {"files", named(files_with_purpose(report.folder), "name", "purpose")},
                   {"provenance", provenance_of(report.document, report.run)},
                   {"numbers", numbers_of(report.document)}};
+  std::string said;
+  for (const char* part : {"headline", "advice", "asked", "answers", "warnings", "parts"})
+    said += context[part].dump(-1, ' ', false, Json::error_handler_t::replace);
+  const Json words = named(words_in(said), "label", "text");
+  context["has_words"] = !words.empty();
+  context["words"] = words;
   const std::size_t without = context.dump(-1, ' ', false, Json::error_handler_t::replace).size() * 2;
   const Json pictures = pictures_of(report, kMostBytes - std::min(kMostBytes, without));
   context["has_pictures"] = !pictures.empty();

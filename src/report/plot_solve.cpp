@@ -45,7 +45,7 @@ Picture contour_picture(const Specification& spec) {
     const AxisUnit unit = axis_unit(unknown, all.maxCoeff());
     const double low = all.minCoeff() * unit.per_si / 1.3, high = all.maxCoeff() * unit.per_si * 1.3;
     picture.set(axis, unit);
-    picture.set(axis + "_name", unknown.pointer);
+    picture.set(axis + "_name", name_of(unknown));
     picture.set(axis + "_axis", log_axis(axis, low, high));
   };
   set_axis("x", x, spec.unknowns[1]);

@@ -161,6 +161,12 @@ Page page_of(const PsdReport& report, const nlohmann::ordered_json& roughness) {
   for (std::size_t i = 0; i < report.data.size(); ++i)
     page.say("Data", report.files.at(i) + ": " + std::visit(Described{}, report.data[i]) +
                          clear_text(report.clear.at(i)));
+  const BandRms found = report.in_band(true);
+  page.answers.push_back(
+      {"What was found",
+       fmt::format("A {} PSD from {} to {}, with RMS height {} and RMS slope {} in that band.",
+                   to_string(report.fit.family), frequency(report.fit.f_min), frequency(report.fit.f_max),
+                   metres_text(found.height), slope_text(found.slope))});
   page.answers.push_back(
       {"How certain", fmt::format("Intervals are at {:.4g} %; the p-value of the residuals is {:.2g}.",
                                   100 * report.estimate.options.confidence, report.fit.goodness)});
@@ -170,6 +176,9 @@ Page page_of(const PsdReport& report, const nlohmann::ordered_json& roughness) {
   page.answers.push_back(
       {"What would change it",
        "Another detrending or window changes the lowest bins, another instrument the highest."});
+  page.answers.push_back({"What to do next",
+                          "Paste the block `roughness` (also in roughness.json) into a study; `aberfit fit` "
+                          "then finds the terms of such a mirror."});
   page.say("PSD", estimator_line(report.estimate));
   page.say("Record", record_text(report.estimate));
   add_lines(&page, report.estimate);

@@ -77,7 +77,42 @@ std::string solve_headline(const Specification& spec) {
       spec.confidence > 0 ? fmt::format(" for {} of the mirrors", format_percent(spec.confidence)) : "");
 }
 
+// Margin of each budget at the solution: "ee80_diameter 12.2 %, strehl 0 % (the limit)".
+std::string margins_text(const Specification& spec, const SolvePoint& point) {
+  std::string text;
+  for (std::size_t k = 0; k < point.budgets.size(); ++k) {
+    const double margin = point.budgets[k].margin;
+    text += fmt::format("{}{} {:.3g} %{}", text.empty() ? "" : ", ", spec.budgets[k].key,
+                        std::abs(margin) < kShownAsZero ? 0 : 100 * margin,
+                        k == point.binding ? " (the limiting one)" : "");
+  }
+  return text;
+}
+
+void add_by_how_much(Page* page, const Specification& spec) {
+  if (!spec.solutions.empty()) {
+    const SolvePoint& first = spec.solutions.front();
+    std::string text = "Margins of the budgets at the solution: " + margins_text(spec, first) + ".";
+    text += " The study as it stands: " + margins_text(spec, spec.start) + ".";
+    page->answers.push_back({"By how much", text});
+    for (std::size_t u = 1; u < spec.unknowns.size(); ++u)
+      page->answers.push_back(
+          {"Second unknown",
+           fmt::format("The value holds at {} = {}, as in the study. contour.csv and the picture have the "
+                       "pairs of {} and {} that just meet the budgets.",
+                       name_of(spec.unknowns[u]), six_digits(first.at[u], spec.unknowns[u].dimension),
+                       name_of(spec.unknowns[0]), name_of(spec.unknowns[u]))});
+  } else if (!spec.nearest.at.empty()) {
+    page->answers.push_back(
+        {"By how much",
+         fmt::format("Margins of the budgets at the nearest value, {} = {}: {}.", name_of(spec.unknowns[0]),
+                     six_digits(spec.nearest.at[0], spec.unknowns[0].dimension),
+                     margins_text(spec, spec.nearest))});
+  }
+}
+
 void add_answers(Page* page, const Specification& spec) {
+  add_by_how_much(page, spec);
   const auto say = [&](const char* label, std::string text) {
     page->answers.push_back({label, std::move(text)});
   };
@@ -85,11 +120,14 @@ void add_answers(Page* page, const Specification& spec) {
       spec.confidence > 0
           ? "The budgets hold for " + format_percent(spec.confidence) + " of such mirrors."
           : "The budgets hold for the mean PSF of such mirrors. With `confidence` in `solve` they hold for a "
-            "fraction of single mirrors instead. The value found is exact to 1e-11.");
+            "fraction of single mirrors instead." +
+                std::string(spec.solutions.empty() ? "" : " The value found is exact to 1e-11."));
   say("What it rests on",
       std::string(spec.theory == Theory::kGhs ? "Generalised" : "Geometric") +
           " Harvey-Shack theory for a stationary, isotropic, Gaussian roughness with the given PSD.");
-  if (spec.solutions.empty()) return;
+  if (spec.solutions.empty())
+    return say("What would change it",
+               "Other budgets, or other numbers of the mirror, the aperture, the light or the roughness.");
   const SolvePoint& first = spec.solutions.front();
   const BudgetState& state = first.budgets[first.binding];
   if (!state.sensitivity.empty())

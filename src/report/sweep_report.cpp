@@ -52,6 +52,58 @@ std::vector<std::string> axis_labels(const SweepReport& report) {
   return short_labels(pointers);
 }
 
+// "rms 5 nm, B 1 m"; numbers without a unit of their own get that of the axis.
+std::string place_text(const SweepReport& report, const std::vector<std::string>& labels,
+                       const SweepRow& row) {
+  std::string text;
+  for (std::size_t k = 0; k < labels.size(); ++k) {
+    const std::string& unit = report.axes[k].unit;
+    const bool bare = !unit.empty() && row.typed[k].find_first_not_of("0123456789+-.eE") == std::string::npos;
+    text += (k ? ", " : "") + labels[k] + " " + row.typed[k] + (bare ? " " + unit : "");
+  }
+  return text;
+}
+
+// The values that were typed, once each, in their order.
+std::string typed_values(const SweepReport& report, std::size_t axis) {
+  std::vector<std::string> seen;
+  std::string text;
+  for (const SweepRow& row : report.rows) {
+    if (std::find(seen.begin(), seen.end(), row.typed[axis]) != seen.end()) continue;
+    seen.push_back(row.typed[axis]);
+    text += (text.empty() ? "" : ", ") + row.typed[axis];
+  }
+  return text;
+}
+
+// Where each statistic is smallest and largest.
+void add_extremes(Page* page, const SweepReport& report, const std::vector<std::string>& labels) {
+  for (const std::string& name : report.shown) {
+    const std::size_t at = place_of(report, name);
+    const SweepRow *least = nullptr, *most = nullptr;
+    for (const SweepRow& row : report.rows) {
+      if (!std::isfinite(row.values[at])) continue;
+      if (!least || row.values[at] < least->values[at]) least = &row;
+      if (!most || row.values[at] > most->values[at]) most = &row;
+    }
+    if (!least) continue;
+    const auto shown = [&](const SweepRow& row) {
+      return format_quantity(row.values[at], dimension_of_name(name)) + " at " +
+             place_text(report, labels, row);
+    };
+    page->answers.push_back(
+        {name_without_unit(name), fmt::format("smallest {}; largest {}.", shown(*least), shown(*most))});
+  }
+}
+
+// What is computed for each case, in words.
+std::string run_words(const std::string& run) {
+  if (run == "check") return "theory without a fit (check)";
+  if (run == "trace") return "the focus of one random surface (trace)";
+  if (run == "fit") return "an equivalent surface and its verdict (fit)";
+  return run == "solve" ? "the roughness that meets the budgets (solve)" : run;
+}
+
 SweepQuantiles over_all_rows(const SweepReport& report, std::size_t statistic) {
   std::vector<double> values;
   for (const SweepRow& row : report.rows) values.push_back(row.values[statistic]);
@@ -143,16 +195,21 @@ Page page_of(const SweepReport& report) {
                               grouped(double(report.rows.size())), grouped(double(report.planned)));
   if (failed > 0) page.headline += fmt::format(", {} failed", grouped(double(failed)));
   page.tone = report.is_complete() && failed == 0 ? Page::Tone::kGood : Page::Tone::kOpen;
+  const std::vector<std::string> labels = axis_labels(report);
+  add_extremes(&page, report, labels);
   page.answers.push_back({"How certain", fmt::format("{} of {} cases have a result.",
                                                      report.rows.size() - failed, report.planned)});
   page.answers.push_back(
       {"What it rests on",
-       "Each case is a study of its own with the values in cases.csv. Computed for each: " + report.run +
-           "."});
+       "Each case is a study of its own with the values in cases.csv. Computed for each: " +
+           run_words(report.run) + "."});
   page.answers.push_back(
       {"What would change it",
        "More realisations or finer steps in `vary` add cases; finished cases are not run again."});
-  const std::vector<std::string> labels = axis_labels(report);
+  page.answers.push_back(
+      {"What to do next",
+       "Choose a case in cases.csv and put its values into the study; `aberfit fit` then finds the terms of "
+       "that mirror."});
   Page::Table axes{"", {"what varies", "from .. to"}, "ll"};
   for (std::size_t k = 0; k < report.axes.size(); ++k) {
     std::vector<double> numbers;
@@ -160,7 +217,7 @@ Page page_of(const SweepReport& report) {
     const SweepQuantiles q = quantiles_of(std::move(numbers));
     axes.add({labels[k], report.axes[k].is_numeric && q.count > 0
                              ? fmt::format("{:.6g} .. {:.6g} {}", q.smallest, q.largest, report.axes[k].unit)
-                             : "words"});
+                             : typed_values(report, k)});
   }
   page.parts.push_back(std::move(axes));
   Page::Table table{"", {"statistic", "range", "median", "cases"}, "lrrr"};

@@ -32,14 +32,19 @@ Page page_of(const TraceReport& report) {
   Page page;
   page.title = report.title;
   page.headline = headline_of(report);
+  const bool waves = report.model == FocusModel::kWaves;
   page.answers.push_back({"How certain",
                           "The numbers are those of one surface; the targets are means of its specification, "
                           "from which single mirrors differ."});
-  page.answers.push_back({"What it rests on", report.reason});
+  page.answers.push_back({"What it rests on", (waves ? "The surface is diffracted on a grid"
+                                                     : "Geometric rays are traced from the surface") +
+                                                  std::string(", and nothing is fitted. ") + report.reason});
   page.answers.push_back({"What would change it",
                           "Other coefficients (`--coefficients`), or without them another seed: the surface "
                           "is then a random one of the roughness."});
-  const bool waves = report.model == FocusModel::kWaves;
+  page.answers.push_back({"What to do next",
+                          "`aberfit fit` finds a surface that meets the targets; `aberfit verify` compares "
+                          "the mean of many surfaces with them."});
   page.say("Model",
            fmt::format("{}, {} {} ({} lost), {}", to_string(report.model), report.rays,
                        waves ? "grid points" : "rays", report.lost_rays, plural(long(report.terms), "term")));

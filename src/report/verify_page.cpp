@@ -46,6 +46,39 @@ std::string headline(const VerifyReport& report) {
   return fmt::format("{}; {}", first, second);
 }
 
+// "by wave optics ee50_radius -0.18 % (-0.43 .. +0.07 %)", the statistic nearest to the margin or beyond it.
+std::string farthest(const std::vector<EquivalenceMetric>& metrics, const char* theory) {
+  const EquivalenceMetric* worst = worst_of(metrics);
+  if (!worst) return "";
+  return fmt::format("{} {} {:+.2f} % ({:+.2f} .. {:+.2f} %)", theory, name_without_unit(worst->name),
+                     100 * worst->difference, 100 * worst->interval[0], 100 * worst->interval[1]);
+}
+
+std::string by_how_much(const VerifyReport& report) {
+  const std::string rays = farthest(report.metrics, "by geometric rays");
+  const std::string waves = farthest(report.light, "by wave optics");
+  return fmt::format(
+      "The largest differences from theory, with their intervals: {}{}{}. The margin is {:.3g} %.", rays,
+      rays.empty() || waves.empty() ? "" : "; ", waves, 100 * report.margin);
+}
+
+// Says what the verdict means for a fit of the same study.
+std::string next_step(const VerifyReport& report) {
+  if (report.draws == 0)
+    return "One surface differs from the mean of its specification. Without `--coefficients` the mean of "
+           "many "
+           "surfaces is compared.";
+  switch (report.verdict) {
+    case Verdict::kEquivalent:
+      return "The theory describes this roughness, so its values can be the targets of `aberfit fit`.";
+    case Verdict::kDifferent:
+      return "Before a fit, look in the tables for the statistics that differ: their targets would not be "
+             "those of such mirrors.";
+    default:
+      return "More realisations (`verify.draws`) decide it.";
+  }
+}
+
 std::string judged_text(const VerifyReport& report) {
   const double level = 100 * report.margin;
   return report.draws > 0
@@ -133,15 +166,20 @@ Page page_of(const VerifyReport& report) {
   page.tone = tone_of(report.verdict);
   page.title = report.title;
   page.answers = {
+      {"By how much", by_how_much(report)},
       {"How certain",
-       fmt::format("Intervals include the sampling error of {} realisations, estimated from groups of them.",
-                   report.draws)},
+       report.draws > 0
+           ? fmt::format("Intervals include the sampling error of {} realisations, estimated from groups of "
+                         "them.",
+                         report.draws)
+           : "Intervals include the sampling error of the rays."},
       {"What it rests on",
        "Realisations of a stationary, isotropic, Gaussian roughness with the given PSD, by geometric rays "
        "and by diffraction, are compared with Harvey-Shack theory."},
       {"What would change it",
        "More realisations (`verify.draws`) narrow the intervals; `equivalence.margin` sets the allowed "
-       "difference."}};
+       "difference."},
+      {"What to do next", next_step(report)}};
   page.say("Judged", judged_text(report));
   page.parts.push_back(metric_table("By rays: Harvey-Shack (perturbed rays) and aberration terms (traced)",
                                     "Harvey-Shack", "terms", report.metrics, &report.theory));

@@ -67,6 +67,15 @@ TEST_F(ReportPage, AnswersTheFirstQuestions) {
   EXPECT_EQ(html.find("{{"), std::string::npos);
 }
 
+TEST_F(ReportPage, ExplainsTheNamesOnItAndNoOthers) {
+  const std::string html =
+      page_with({{"aberfit", 1}, {"roughness", {{"psd", {{"model", "k-correlation"}}}}}});
+  EXPECT_NE(html.find("Names on this page"), std::string::npos);
+  EXPECT_NE(html.find("its knee is at the frequency f = 1/B"), std::string::npos);
+  EXPECT_EQ(html.find("normalised point source sensitivity"), std::string::npos);
+  EXPECT_NE(html.find("of 2026-01-02"), std::string::npos);
+}
+
 TEST_F(ReportPage, FetchesNothing) {
   write(folder_.file("a.svg"),
         "<?xml version=\"1.0\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\"><use xlink:href=\"#a\"/></svg>");
@@ -115,6 +124,8 @@ TEST_F(ReportPage, PutsResultsSideBySide) {
   two["fit"]["rank"] = one["fit"]["rank"].get<int>() + 7;
   const std::string html = html_of(std::vector<ComparedResult>{{"a", one, "a/report.html"}, {"b", two, ""}});
   EXPECT_NE(html.find("/mirror/focal_length"), std::string::npos);
+  EXPECT_NE(html.find("Where the results come from"), std::string::npos);
+  EXPECT_EQ(html.find("What all studies specify"), std::string::npos);  // their only block differs
   EXPECT_NE(html.find("<code>fit.rank</code>"), std::string::npos);
   EXPECT_EQ(html.find("<code>fit.evaluations</code>"), std::string::npos);  // the same in both
   EXPECT_EQ(fetched_by(html), std::vector<std::string>{"a/report.html"});   // a link that a reader may follow

@@ -39,8 +39,10 @@ TraceReport run_trace(const Study& study, const RunOptions& options);
 /// The measurement of a study; the first if a sum has several. Throws InputError if there is none.
 const MeasuredPsd& measured_psd_of(const Study& study);
 /// Reports what read_study or read_measured made of a measurement, with files and pictures. title: shown to
-/// readers.
-PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options);
+/// readers. study: where the measurement comes from, so that its files are found and its mirror is shown;
+/// null: none, files are relative to the working directory.
+PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options,
+                  const Study* study = nullptr);
 /// Measures speed against accuracy on the study's own scene for about options.chart_seconds; see make_chart.
 /// Files: chart.csv, result.json, summary.txt and pictures. Throws InputError for a study of a map, which has
 /// no statistics.

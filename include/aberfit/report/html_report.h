@@ -30,7 +30,8 @@ struct ComparedResult {
   const nlohmann::ordered_json& document;  ///< result.json
   std::string link;                        ///< to its report, relative to the page; empty: no report
 };
-/// One HTML page of several results: their answers, and the inputs and numbers that differ.
-std::string html_of(const std::vector<ComparedResult>& results);
+/// One HTML page of several results: their answers and origins, and the inputs and numbers that differ. run:
+/// when, where and how the page was made.
+std::string html_of(const std::vector<ComparedResult>& results, const std::vector<Page::Text>& run = {});
 
 }  // namespace aberfit

@@ -16,7 +16,7 @@ set style textbox opaque noborder
 do for [k=1:marks] {
   set arrow from first radius[k]*r_scale, graph 0 to first radius[k]*r_scale, first fraction[k] nohead \
     linecolor rgb 'black' linewidth 1 dashtype 2
-  set label budget[k] at first radius[k]*r_scale, first fraction[k] right offset -1.2,0.6 boxed
+  set label budget[k] at first radius[k]*r_scale, graph (0.05*k) right offset -0.8,0 boxed
 }
 plot 'budget_light.dat' using ($1*r_scale):2 with lines linetype 1 title 'without roughness', \
   '' using ($1*r_scale):3 with lines linetype 3 title 'the study as it stands', \

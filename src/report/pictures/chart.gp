@@ -28,9 +28,13 @@ plot for [i=1:frontier] name.'_frontier.dat' using 1:4 with steps linecolor rgb 
   for [m=1:methods] name.'_methods.dat' index m-1 using 1:4:2:3 with xerrorbars pointtype mark(m) \
       pointsize 0.9 \
     linewidth 1.2 dashtype 1 linecolor rgb colour[(m-1)%7+1] title method[m], \
-  for [i=1:today] name.'_today.dat' using 1:4 with points pointtype 6 pointsize 2 linewidth 2 \
+  for [i=1:today] name.'_today.dat' using 1:4 with points pointtype 6 pointsize 1.5 linewidth 2 \
+    linecolor rgb '#000000' notitle, \
+  for [i=1:today] NaN with points pointtype 6 pointsize 1 linewidth 2 \
     linecolor rgb '#000000' title 'setting of the study', \
-  for [i=1:cheapest] name.'_cheapest.dat' using 1:4 with points pointtype 12 pointsize 2.8 linewidth 2 \
+  for [i=1:cheapest] name.'_cheapest.dat' using 1:4 with points pointtype 12 pointsize 2.1 linewidth 2 \
+    linecolor rgb '#AA0000' notitle, \
+  for [i=1:cheapest] NaN with points pointtype 12 pointsize 1 linewidth 2 \
     linecolor rgb '#AA0000' title 'cheapest within tolerance', \
   for [i=1:labels] name.'_labels.dat' using 1:2:4:('0x'.colour[$3][2:7] + 0) with labels font ',11' \
     textcolor rgb variable notitle

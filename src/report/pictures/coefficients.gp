@@ -1,7 +1,7 @@
 # title: Coefficients of the terms
 # caption: Coefficients of the fitted surface with their posterior standard deviation: Zernikes one by one and
 #   summed by radial order, plane waves by frequency, spherical terms by power. Where the standard deviation
-#   is as large as the value, the focus does not determine that coefficient.
+#   is as large as the value, the data do not determine that coefficient.
 # alt: Coefficients of the fitted surface by Zernike index, radial order, spatial frequency and power.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]

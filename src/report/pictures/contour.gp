@@ -7,7 +7,6 @@
 name = ARG0[1:strlen(ARG0)-3]; width = 1000; height = 750
 load 'common.gp'
 
-set key bmargin center horizontal
 set title head('Budget met exactly')
 eval x_axis; eval y_axis
 set xlabel axis(x_name, x_unit); set ylabel axis(y_name, y_unit)

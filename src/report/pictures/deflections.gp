@@ -1,6 +1,6 @@
 # title: Deflections of the rays
-# caption: Angle between each ray and that of the ideal mirror: along x, y and z, and its magnitude. Harvey-
-#   Shack takes them from Gaussians, so that the magnitude follows Rayleigh's law. The terms of one
+# caption: Angle between each ray and that of the ideal mirror: along x, y and z, and its magnitude.
+#   Harvey-Shack takes them from Gaussians, so that the magnitude follows Rayleigh's law. The terms of one
 #   realisation come close to these laws if the surface has enough independent patches.
 # alt: Histograms of deflections for Harvey-Shack and aberration terms with the laws they follow.
 # format: svg

@@ -6,7 +6,6 @@
 name = ARG0[1:strlen(ARG0)-3]; width = 1200; height = 800
 load 'common.gp'
 
-set key bmargin center horizontal
 set title head(is_profile ? 'PSD of the profile' : 'PSD of the surface')
 eval x_axis; eval y_axis
 set xlabel 'spatial frequency [cycles/mm]'

@@ -1,7 +1,6 @@
 # title: Sensitivities
 # caption: Change in per cent of each budgeted value when a number of the roughness grows by one per cent, at
-#   the solution. The longest bar is the number that matters most. The remaining margin stands beside each
-#   budget.
+#   the solution. The longest bar is the number that matters most. The change stands beside its bar.
 # alt: Bars of the sensitivity of each budget to each number of the roughness.
 # format: svg
 name = ARG0[1:strlen(ARG0)-3]; width = 1000

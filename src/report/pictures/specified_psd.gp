@@ -15,7 +15,8 @@ if (cut > 0) {
   set object 1 rectangle from first cut*1e-3, graph 0 to graph 1, graph 1 behind \
     fillcolor rgb '#f1f1f1' fillstyle solid noborder
   set arrow from first cut*1e-3, graph 0 to first cut*1e-3, graph 1 nohead linecolor rgb 'black' dashtype 2
-  set label 1 'terms '.cut_text.' scatter' at first cut*1e-3, graph 0.96 center
+  set label 1 'terms below '.cut_text at first cut*1e-3, graph 0.96 right offset -1,0
+  set label 2 'scatter' at first cut*1e-3, graph 0.96 left offset 1,0
 }
 set arrow from first across*1e-3, graph 0 to first across*1e-3, graph 1 nohead linetype 1 linewidth 1
 plot 'specified_psd.dat' using ($1*1e-3):($2*1e24) with lines linetype 2 title 'specification', \

@@ -6,7 +6,6 @@
 name = ARG0[1:strlen(ARG0)-3]; width = 1000; height = 700
 load 'common.gp'
 
-set key bmargin center horizontal
 set title head(statistic)
 set xlabel x_label; set ylabel y_label
 eval x_axis; eval y_axis
