@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
@@ -44,14 +44,14 @@ ordered_json psd_json(const PsdReport& report, const MeasuredPsd& measured) {
 }
 
 // The measurement of a study, or files with the options of the command line.
-MeasuredPsd measured_by(const CommandLine& line, std::string* title, std::optional<Study>* of_study) {
+MeasuredPsd measured_by(const CommandLine& line, std::string* title, std::shared_ptr<const Study>* of_study) {
   const std::string& first = line.measured_files.front();
   if (first == "-" || first.ends_with(".json") || first.ends_with(".jsonc")) {
     if (line.measured_files.size() > 1 || !line.psd_of_file.empty() || !line.psd_of_block.empty() ||
         line.keep_lines)
       throw InputError("command line", "", "options or further files beside a study",
                        "the study alone, because they are keys of its `psd` block");
-    *of_study = read_study(first, line.changes);
+    *of_study = std::make_shared<const Study>(read_study(first, line.changes));
     *title = (*of_study)->title;
     return measured_psd_of(**of_study);
   }
@@ -134,9 +134,9 @@ ExitCode psd_command(CommandLine line) {
   choose_output_directory(&line, "psd");
   const RunOptions options = run_options(line, &progress);
   ResultFolder::look(options.output_directory, claim_of_psd(options));  // before there is anything to lose
-  std::optional<Study> study;
+  std::shared_ptr<const Study> study;
   const MeasuredPsd measured = measured_by(line, &title, &study);
-  const PsdReport report = run_psd(measured, title, options, study ? &*study : nullptr);
+  const PsdReport report = run_psd(measured, title, options, study.get());
   progress.clear();
   print(
       line, [&] { return psd_json(report, measured); }, page_of(report, roughness_block(measured)));
