@@ -12,6 +12,8 @@ packages=(
   libkainjow-mustache-dev                                      # report.html
   libopenmpi-dev openmpi-bin                                   # sweeps over several machines; optional
   libgtest-dev python3-jsonschema libbenchmark-dev             # tests and benchmarks
+  pybind11-dev python3-dev python3-numpy python3-pytest        # the Python package and its tests
+  dpkg-dev file pkg-config                                     # packages: cpack -G DEB
   clang-format                                                 # what CI checks
   ccache                                                       # the preset dev
 )

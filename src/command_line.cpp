@@ -307,6 +307,21 @@ void add_new_command(CLI::App* app, CommandLine* line) {
       "my_profile.csv");
 }
 
+void add_serve_command(CLI::App* app) {
+  CLI::App* sub = app->add_subcommand("serve", "Answer requests of another program, one JSON object a line");
+  sub->add_flag("--stdio")->description("Requests on standard input, answers on standard output")->required();
+  sub->footer(
+      "Editors, web pages and agents start this program once and send it requests. Each gets lines of "
+      "progress and one line with the result. Nothing listens on a network.\n\n"
+      "  {\"id\": 1, \"method\": \"fit\", \"study\": {...}}   also check, verify, trace, psd, solve, chart\n"
+      "  {\"id\": 2, \"method\": \"check\", \"file\": \"study.json\", \"set\": {\"/roughness/psd/rms\": \"20 "
+      "nm\"}}\n"
+      "  {\"id\": 3, \"method\": \"schema\"}   or with \"of\": \"results\"\n"
+      "  {\"id\": 4, \"method\": \"cancel\", \"of\": 1}\n\n"
+      "Example:\n"
+      "  aberfit serve --stdio < requests.jsonl > answers.jsonl");
+}
+
 void add_schema_command(CLI::App* app, CommandLine* line) {
   CLI::App* sub =
       app->add_subcommand("schema", "Explain a key of the study, or print the JSON Schema of all of them");
@@ -359,6 +374,7 @@ void describe_commands(CLI::App* app, TypedCommand* typed) {
   add_report_command(app, line);
   add_chart_command(app, line);
   add_schema_command(app, line);
+  add_serve_command(app);
   app->add_subcommand("manual", "The manual page, or the completion of a shell")
       ->group("")  // only the build uses it, so it is not shown
       ->add_option("FORM", typed->manual_form)

@@ -104,7 +104,7 @@ int run(int argc, char** argv) {
       {"chart", aberfit::chart_command},   {"check", aberfit::check_command},
       {"solve", aberfit::solve_command},   {"sweep", aberfit::sweep_command},
       {"report", aberfit::report_command}, {"new", aberfit::new_command},
-      {"schema", aberfit::schema_command}};
+      {"schema", aberfit::schema_command}, {"serve", aberfit::serve_command}};
   return int(kCommands.at(command)(line));
 }
 

@@ -100,6 +100,7 @@
 #include "aberfit/theory/gaussian_in_disc.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
+#include "aberfit/theory/halo_kernel.h"
 #include "aberfit/theory/height_on_aperture.h"
 #include "aberfit/theory/light_property.h"
 #include "aberfit/theory/model_choice.h"
@@ -210,7 +211,9 @@
 #include "aberfit/cases/team.h"
 
 // commands: what the program does, as functions.
+#include "aberfit/commands/answer.h"
 #include "aberfit/commands/program.h"
 #include "aberfit/commands/run.h"
 #include "aberfit/commands/run_options.h"
+#include "aberfit/commands/serve.h"
 #include "aberfit/commands/terminal_text.h"

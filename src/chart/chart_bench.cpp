@@ -20,7 +20,10 @@ double quantile(const std::vector<double>& sorted, double p) {
 }  // namespace
 
 ChartBench::ChartBench(const Task& of, const RunContext& context) : task(of), threads(context.threads) {
-  say = [context](const std::string& line) { context.say(line); };
+  say = [context](const std::string& line) {
+    context.stop_if_asked();
+    context.say(line);
+  };
   say("targets");
   Layout layout = lay_out(task, threads);
   ground = std::move(layout.ground);

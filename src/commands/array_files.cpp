@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "aberfit/core/errors.h"
-#include "aberfit/report/arrays.h"
 #include "aberfit/report/result.h"
 #include "aberfit/theory/ray_perturbation.h"
 #include "output_directory.h"
@@ -31,7 +30,7 @@ std::vector<std::string> array_claims(ArrayFormat format) {
       return {"arrays.npz"};
     case ArrayFormat::kCsv:
       return {"arrays/encircled_energy.csv", "arrays/ring_profile.csv", "arrays/psf_*",
-              "arrays/otf_surface_*", "arrays/mtf.csv"};
+              "arrays/otf_surface_*",        "arrays/mtf.csv",          "arrays/halo.csv"};
     case ArrayFormat::kFits:
       return {"psf.fits", "otf.fits"};
   }
@@ -70,16 +69,22 @@ std::vector<double> planes_of(const std::vector<Statistic>& statistics) {
   return planes;
 }
 
-void write_arrays(const Study& study, ArrayFormat format, const FocalLight* theory, const FocalLight* surface,
-                  const std::vector<double>& planes, double core_sigma, const std::string& folder,
+ArrayInput array_input(const Study& study, const Groundwork& ground, const FocalLight* theory,
+                       const FocalLight* surface, const std::vector<double>& planes) {
+  const RadialPsd* rest =
+      surface && ground.split && ground.split->has_rest() ? &ground.split->rest() : nullptr;
+  return {theory,      surface, study.mirror, study.aperture, study.wavelength, planes, ground.core_sigma,
+          study.title, rest};
+}
+
+void write_arrays(const ArrayInput& input, ArrayFormat format, const std::string& folder,
                   Warnings* warnings) {
   const auto leave_out = [&](const std::string& why) { warnings->push_back({"arrays-left-out", why}); };
-  if (!theory && !surface)
+  if (!input.theory && !input.surface)
     return leave_out("there is neither a theory nor a surface whose focus could be written");
   std::vector<std::pair<std::string, std::string>> files;
   try {
-    const FocusArrays arrays = make_focus_arrays(
-        {theory, surface, study.mirror, study.aperture, study.wavelength, planes, core_sigma, study.title});
+    const FocusArrays arrays = make_focus_arrays(input);
     if (arrays.frequency.size() == 0)
       leave_out("theory and surface are both by rays, so the arrays contain no transfer function");
     files = array_files(format, arrays);

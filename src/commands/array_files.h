@@ -6,6 +6,7 @@
 #include "aberfit/commands/program.h"
 #include "aberfit/commands/run_options.h"
 #include "aberfit/method/groundwork.h"
+#include "aberfit/report/arrays.h"
 #include "aberfit/report/focal_light.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/study.h"
@@ -35,10 +36,12 @@ std::unique_ptr<FocalLight> target_light(const Study& study, const Groundwork& g
 /// Planes dz [m] of the encircled energies among the statistics.
 std::vector<double> planes_of(const std::vector<Statistic>& statistics);
 
-/// Writes the arrays of both PSFs below `folder`; either may be null. Arrays that cannot be made are left out
-/// with the warning `arrays-left-out`, so that a finished run is not lost.
-void write_arrays(const Study& study, ArrayFormat format, const FocalLight* theory, const FocalLight* surface,
-                  const std::vector<double>& planes, double core_sigma, const std::string& folder,
-                  Warnings* warnings);
+/// The input of the arrays of a study. theory, surface: either may be null; they must outlive the input.
+ArrayInput array_input(const Study& study, const Groundwork& ground, const FocalLight* theory,
+                       const FocalLight* surface, const std::vector<double>& planes);
+
+/// Writes the arrays below `folder`. Arrays that cannot be made are left out with the warning
+/// `arrays-left-out`, so that a finished run is not lost.
+void write_arrays(const ArrayInput& input, ArrayFormat format, const std::string& folder, Warnings* warnings);
 
 }  // namespace aberfit::internal

@@ -8,50 +8,57 @@
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
-#include "interrupt.h"
+#include "answers.h"
 #include "output_directory.h"
 #include "result_files.h"
-#include "terminal.h"
 
 namespace aberfit {
 using namespace internal;
+
+namespace {
+
+ResultClaim claim_of_chart(const Study& study, const RunOptions& options) {
+  return claim_of("chart", options, {"chart.csv"}, wanted_pictures(options, &study), {"chart_"});
+}
+
+void write(const Study& study, const RunOptions& options, ResultFolder* folder, Chart* chart) {
+  if (!folder->wanted()) return;
+  if (options.progress) options.progress("chart: files");
+  const std::string to = folder->path();
+  auto drawn = draw_pictures(*chart, to, wanted_pictures(options, &study), &chart->warnings);
+  write_file(to + "/chart.csv", chart_csv(*chart));
+  write_result(to, options,
+               {page_of(*chart), to_json(*chart, resolved_study(study), provenance_of(study, options)),
+                typed_study(study), std::move(drawn)});
+  folder->show();
+}
+
+}  // namespace
 
 Chart run_chart(const Study& given, const RunOptions& options) {
   const Study study = completed(given);
   if (study.map)
     throw InputError(study.path, "/target/map", "a study of a map",
                      "statistics as targets (a map is fitted by linear least squares, which is exact)");
-  ResultFolder folder(options.output_directory, claim_of("chart", options, {"chart.csv"},
-                                                         wanted_pictures(options, &study), {"chart_"}));
+  ResultFolder folder(options.output_directory, claim_of_chart(study, options));
   Chart chart =
       with_fields_of(study, [&] { return make_chart(study, options.chart_seconds, context_of(options)); });
   chart.title = study.title;
-  if (folder.wanted()) {
-    if (options.progress) options.progress("chart: files");
-    const std::string to = folder.path();
-    auto drawn = draw_pictures(chart, to, wanted_pictures(options, &study), &chart.warnings);
-    write_file(to + "/chart.csv", chart_csv(chart));
-    write_result(to, options,
-                 {page_of(chart), to_json(chart, resolved_study(study), provenance_of(study, options)),
-                  typed_study(study), std::move(drawn)});
-    folder.show();
-  }
+  write(study, options, &folder, &chart);
   return chart;
 }
 
-ExitCode chart_command(CommandLine line) {
-  const HardLimit limit(line.time_limit);
-  const Study study = read_study(line.study_file, line.changes);
-  choose_output_directory(&line, "chart");
-  ProgressLine progress(!line.quiet);
-  const RunOptions options = run_options(line, &progress);
+Answer internal::answer_chart(const Study& study, const RunOptions& options) {
   const Chart chart = run_chart(study, options);
-  progress.clear();
-  print(
-      line, [&] { return to_json(chart, resolved_study(study), provenance_of(study, options)); },
-      page_of(chart));
-  say_where(line);
-  return ExitCode::kDone;
+  const auto save = [study = completed(study), chart](const RunOptions& there) {
+    ResultFolder folder(there.output_directory, claim_of_chart(study, there));
+    Chart written = chart;
+    write(study, there, &folder, &written);
+  };
+  return make_answer(ExitCode::kDone, to_json(chart, resolved_study(study), provenance_of(study, options)),
+                     page_of(chart), {}, save);
 }
+
+ExitCode chart_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kChart); }
 
 }  // namespace aberfit

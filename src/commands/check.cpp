@@ -9,31 +9,36 @@
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
+#include "answers.h"
 #include "array_files.h"
-#include "interrupt.h"
 #include "map_fit.h"
-#include "output_directory.h"
 #include "result_files.h"
-#include "terminal.h"
 
 namespace aberfit {
 using namespace internal;
 
 namespace {
 
-// Writes the report and the arrays of the PSF that theory predicts.
+// Gives the PSF that theory predicts to `look`.
+void look_at_theory(const Study& study, const std::vector<double>& planes, int threads,
+                    const std::function<void(const ArrayInput&)>& look) {
+  std::unique_ptr<FocalLight> theory;
+  Groundwork ground;
+  if (study.psd) {
+    ground = with_fields_of(study, [&] { return lay_groundwork(study); });
+    theory = target_light(study, ground, make_pupil(study.aperture, study.trace.pupil), threads);
+  }
+  look(array_input(study, ground, theory.get(), nullptr, planes));
+}
+
+// Writes the report and the arrays of theory.
 template <typename Report>
 void write_theory(const Study& study, const RunOptions& options, ArrayFormat format,
                   const std::vector<double>& planes, ResultFolder& folder, Report* report) {
-  const int threads = context_of(options).threads;
-  std::unique_ptr<FocalLight> theory;
-  double core_sigma = 0;
-  if (study.psd) {
-    const Groundwork ground = with_fields_of(study, [&] { return lay_groundwork(study); });
-    theory = target_light(study, ground, make_pupil(study.aperture, study.trace.pupil), threads);
-    core_sigma = ground.core_sigma;
-  }
-  write_arrays(study, format, theory.get(), nullptr, planes, core_sigma, folder.path(), &report->warnings);
+  if (format != ArrayFormat::kNone)
+    look_at_theory(study, planes, context_of(options).threads, [&](const ArrayInput& focus) {
+      write_arrays(focus, format, folder.path(), &report->warnings);
+    });
   write_result(folder.path(), options,
                {page_of(*report), to_json(*report, resolved_study(study), provenance_of(study, options)),
                 typed_study(study)});
@@ -74,26 +79,31 @@ MapCheckReport run_map_check(const Study& given, const RunOptions& options) {
   return report;
 }
 
-ExitCode check_command(CommandLine line) {
-  const HardLimit limit(line.time_limit);
-  const Study study = read_study(line.study_file, line.changes);
-  ProgressLine progress(!line.quiet);
-  RunOptions options = run_options(line, &progress);
-  options.measure_iteration = true;
-  choose_arrays_directory(study, options, "check", &line);
-  options.output_directory = line.output_directory;
-  const auto show = [&](const auto& report) {
-    progress.clear();
-    print(
-        line, [&] { return to_json(report, resolved_study(study), provenance_of(study, options)); },
-        page_of(report));
-    if (wanted_arrays(study, options) != ArrayFormat::kNone) say_where(line);
+Answer internal::answer_check(const Study& study, const RunOptions& options) {
+  const auto of = [&](const auto& report, const std::vector<double>& planes) {
+    const auto arrays = [study = completed(study), planes, threads = context_of(options).threads] {
+      std::optional<FocusArrays> result;
+      look_at_theory(study, planes, threads, [&](const ArrayInput& focus) {
+        if (!focus.theory)
+          throw ComputationError("the study has no roughness, so there is no theory to show");
+        result = make_focus_arrays(focus);
+      });
+      return *result;
+    };
+    const auto save = [study = completed(study), planes, report](const RunOptions& there) {
+      const ArrayFormat format = wanted_arrays(study, there);
+      ResultFolder folder(there.output_directory, claim_of_arrays("check", there, format));
+      auto written = report;
+      write_theory(study, there, format, planes, folder, &written);
+    };
+    return make_answer(ExitCode::kDone, to_json(report, resolved_study(study), provenance_of(study, options)),
+                       page_of(report), arrays, save);
   };
-  if (study.map)
-    show(run_map_check(study, options));
-  else
-    show(run_check(study, options));
-  return ExitCode::kDone;
+  if (study.map) return of(run_map_check(study, options), {});
+  const CheckReport report = run_check(study, options);
+  return of(report, planes_of(statistics_of(report.fitted)));
 }
+
+ExitCode check_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kCheck); }
 
 }  // namespace aberfit

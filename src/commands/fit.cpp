@@ -12,6 +12,7 @@
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
 #include "analytic_normals.h"
+#include "answers.h"
 #include "fit_files.h"
 #include "interrupt.h"
 #include "output_directory.h"
@@ -26,9 +27,13 @@ namespace {
 
 // One pass through the method. It owns everything that its parts refer to.
 struct Run {
-  Run(const Study& study, const PhysicsRequest& asked, const RunContext& context)
-      : layout((context.say("targets"), lay_out(study, asked, context.threads))),
-        of{study, layout.ground, layout.targets, context} {}
+  Run(std::shared_ptr<const Study> given, const PhysicsRequest& asked, const RunContext& how)
+      : study(std::move(given)),
+        context(how),
+        layout((context.say("targets"), lay_out(*study, asked, context.threads))),
+        of{*study, layout.ground, layout.targets, context} {}
+  std::shared_ptr<const Study> study;
+  RunContext context;
   Layout layout;
   FitCase of;
 };
@@ -42,11 +47,13 @@ bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
 }
 
 // Repeats the whole fit by waves. The result by rays is kept if that is interrupted.
-Attempt fit_by_waves(const Study& study, const RunContext& context, Attempt by_rays,
-                     std::unique_ptr<Run>* run) {
+Attempt fit_by_waves(Attempt by_rays, std::shared_ptr<const Run>* run) {
+  const RunContext& context = (*run)->context;
+  const std::shared_ptr<const Study>& study = (*run)->study;
   context.say("rays are not enough; repeating with waves");
-  auto waves = std::make_unique<Run>(study, PhysicsRequest{study.target.theory, FocusModel::kWaves}, context);
   try {
+    auto waves =
+        std::make_shared<const Run>(study, PhysicsRequest{study->target.theory, FocusModel::kWaves}, context);
     Attempt attempt = fit_as_asked(waves->of);
     if (context.stopped()) return by_rays;
     conclude(waves->of, &attempt);
@@ -73,35 +80,50 @@ ResultDocument document(const Study& study, FitOutcome outcome, const RunOptions
   return result;
 }
 
+FinishedFit fit_study(const Study& given, const RunOptions& options) {
+  const auto study = std::make_shared<const Study>(completed(given));
+  return with_fields_of(*study, [&] {
+    require_analytic_normals(*study);
+    if (study->map) throw FieldError("target.map", "a map as target", "statistics; run_map_fit is for maps");
+    ResultFolder folder(options.output_directory, claim_of_fit(*study, options));
+    auto run = std::make_shared<const Run>(study, requested_physics(*study), context_of(options));
+    const RunContext& context = run->context;
+    Attempt attempt = fit_as_asked(run->of);
+    conclude(run->of, &attempt);
+    if (rays_fell_short(run->of, attempt.result) && !context.stopped())
+      attempt = fit_by_waves(std::move(attempt), &run);
+    if (context.stopped()) note_interruption(options, &attempt.result);
+    FinishedFit fit{study, document(*study, std::move(attempt.result), options), run->layout.ground,
+                    [bench = attempt.bench] { return bench; }};
+    const Warnings unused = unused_parts(*study, "`aberfit solve`");
+    fit.result.warnings.insert(fit.result.warnings.end(), unused.begin(), unused.end());
+    write_fit(options, &folder, &fit);
+    return fit;
+  });
+}
+
 }  // namespace
 
 RunContext context_of(const RunOptions& options) {
   return {options.threads > 0 ? options.threads : available_threads(), options.progress, options.interrupted};
 }
 
-ResultDocument run_fit(const Study& given, const RunOptions& options) {
-  const Study study = completed(given);
-  return with_fields_of(study, [&] {
-    require_analytic_normals(study);
-    if (study.map) throw FieldError("target.map", "a map as target", "statistics; run_map_fit is for maps");
-    ResultFolder folder(options.output_directory, claim_of_fit(study, options));
-    const RunContext context = context_of(options);
-    auto run = std::make_unique<Run>(study, requested_physics(study), context);
-    Attempt attempt = fit_as_asked(run->of);
-    conclude(run->of, &attempt);
-    if (rays_fell_short(run->of, attempt.result) && !context.stopped())
-      attempt = fit_by_waves(study, context, std::move(attempt), &run);
-    if (context.stopped()) note_interruption(options, &attempt.result);
-    ResultDocument result = document(study, std::move(attempt.result), options);
-    const Warnings unused = unused_parts(study, "`aberfit solve`");
-    result.warnings.insert(result.warnings.end(), unused.begin(), unused.end());
-    if (!folder.wanted() || result.fitted.fit.status == FitStatus::kFailed) return result;
-    RunOptions there = options;
-    there.output_directory = folder.path();
-    write_fit(study, run->layout.ground, there, attempt.bench->focus(study), &result);
-    folder.show();
-    return result;
-  });
+ResultDocument run_fit(const Study& study, const RunOptions& options) {
+  return fit_study(study, options).result;
+}
+
+ExitCode internal::code_of_fit(const ResultDocument& result) {
+  if (result.fitted.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
+  if (result.interrupted) return ExitCode::kInterrupted;
+  // Without a specification a map cannot be judged, so only convergence counts.
+  const bool done = result.map.fit && !result.has_roughness
+                        ? result.fitted.fit.status == FitStatus::kConverged
+                        : result.judgement.verdict == Verdict::kEquivalent;
+  return done ? ExitCode::kDone : ExitCode::kNotMet;
+}
+
+Answer internal::answer_fit(const Study& study, const RunOptions& options) {
+  return answer_of(fit_study(study, options));
 }
 
 ExitCode fit_command(CommandLine line) {
@@ -113,18 +135,9 @@ ExitCode fit_command(CommandLine line) {
   RunOptions options = run_options(line, &progress);
   options.interrupted = [&] { return interrupt.asked() || limit.over(); };
   options.stopped_by = [&] { return interrupt.asked() ? "a signal" : limit.text(); };
-  const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
+  const Answer found = answer(StudyCommand::kFit, study, options);
   progress.clear();
-  print(
-      line, [&] { return to_json(result, resolved(study, result)); }, page_of(result, false));
-  if (result.fitted.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
-  say_where(line);
-  if (result.interrupted) return ExitCode::kInterrupted;
-  // Without a specification a map cannot be judged, so only convergence counts.
-  const bool done = result.map.fit && !result.has_roughness
-                        ? result.fitted.fit.status == FitStatus::kConverged
-                        : result.judgement.verdict == Verdict::kEquivalent;
-  return done ? ExitCode::kDone : ExitCode::kNotMet;
+  return show(line, found, found.code != ExitCode::kComputationFailed);
 }
 
 }  // namespace aberfit

@@ -3,11 +3,13 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "aberfit/core/errors.h"
 #include "aberfit/report/documents.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/report/pictures.h"
 #include "aberfit/report/scatter_table.h"
 #include "aberfit/study/read_study.h"
+#include "answers.h"
 #include "array_files.h"
 #include "output_directory.h"
 #include "result_files.h"
@@ -49,21 +51,31 @@ std::vector<DrawnPicture> draw(const Study& study, const Groundwork& ground, con
       options.output_directory, wanted_pictures(options, &study), &result->warnings);
 }
 
-void write_fit_arrays(const Study& study, const Groundwork& ground, ArrayFormat format,
-                      const std::string& folder, const LightPath& focus, ResultDocument* result) {
-  const bool of_rays = focus.model == FocusModel::kRays;
-  if (result->map.fit && !result->has_roughness && result->scene.model == "waves" && of_rays) {
-    result->warnings.push_back(
-        {"arrays-left-out",
-         "rays do not describe the PSF of these terms, so no arrays are written. The picture map_light shows "
-         "it by waves; with a `roughness` block there are arrays"});
-    return;
+// Gives the focus of the fitted terms and of theory to `look`. Throws ComputationError for terms that rays
+// cannot describe.
+void look_at(const FinishedFit& fit, const Workbench& bench,
+             const std::function<void(const ArrayInput&)>& look) {
+  const ResultDocument& result = fit.result;
+  if (result.map.fit && !result.has_roughness && result.scene.model == "waves" &&
+      bench.model == FocusModel::kRays)
+    throw ComputationError(
+        "rays do not describe the PSF of these terms, so no arrays are written. The picture map_light shows "
+        "it by waves; with a `roughness` block there are arrays");
+  const int threads = result.provenance.threads;
+  const auto theory = target_light(*fit.study, fit.ground, bench.pupil, threads);
+  const auto surface = surface_light(bench.focus(*fit.study), result.fitted.fit.coefficients, threads);
+  look(array_input(*fit.study, fit.ground, theory.get(), surface.get(),
+                   planes_of(statistics_of(result.fitted.targets))));
+}
+
+void write_fit_arrays(FinishedFit* fit, const Workbench& bench, ArrayFormat format,
+                      const std::string& folder) {
+  try {
+    look_at(*fit, bench,
+            [&](const ArrayInput& input) { write_arrays(input, format, folder, &fit->result.warnings); });
+  } catch (const ComputationError& error) {
+    fit->result.warnings.push_back({"arrays-left-out", error.what()});
   }
-  const int threads = result->provenance.threads;
-  const auto theory = target_light(study, ground, focus.pupil, threads);
-  const auto surface = surface_light(focus, result->fitted.fit.coefficients, threads);
-  write_arrays(study, format, theory.get(), surface.get(), planes_of(statistics_of(result->fitted.targets)),
-               ground.core_sigma, folder, &result->warnings);
 }
 
 // A finished fit must not be lost because a format cannot hold it.
@@ -105,14 +117,19 @@ ResultClaim claim_of_fit(const Study& study, const RunOptions& options) {
   return claim_of("fit", options, std::move(files), wanted_pictures(options, &study), pictures);
 }
 
-void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
-               const LightPath& focus, ResultDocument* result) {
+void write_fit(const RunOptions& given, ResultFolder* place, FinishedFit* fit) {
+  if (!place->wanted() || fit->failed()) return;
+  const Study& study = *fit->study;
+  ResultDocument* const result = &fit->result;
+  RunOptions options = given;
+  options.output_directory = place->path();
+  const auto bench = fit->bench();
   // A user who interrupts does not want to wait for pictures.
   std::vector<DrawnPicture> drawn;
   if (wanted_pictures(options, &study).format != PictureFormat::kNone && !result->interrupted)
-    drawn = draw(study, ground, options, focus, result);
+    drawn = draw(study, fit->ground, options, bench->focus(study), result);
   if (const ArrayFormat format = wanted_arrays(study, options); format != ArrayFormat::kNone)
-    write_fit_arrays(study, ground, format, options.output_directory, focus, result);
+    write_fit_arrays(fit, *bench, format, options.output_directory);
   const std::string folder = options.output_directory + "/";
   write_file(folder + "coefficients.csv",
              coefficients_csv(result->fitted.terms, result->fitted.fit.coefficients,
@@ -129,6 +146,26 @@ void write_fit(const Study& study, const Groundwork& ground, const RunOptions& o
   write_result(options.output_directory, options,
                {page_of(*result, false), to_json(*result, resolved(study, *result)), typed_study(study),
                 std::move(drawn), &whole});
+  place->show();
+}
+
+Answer answer_of(FinishedFit finished) {
+  const auto fit = std::make_shared<const FinishedFit>(std::move(finished));
+  const ResultDocument& result = fit->result;
+  Answer answer = make_answer(code_of_fit(result), to_json(result, resolved(*fit->study, result)),
+                              page_of(result, false));
+  if (fit->failed()) return answer;
+  answer.arrays = [fit] {
+    std::optional<FocusArrays> arrays;
+    look_at(*fit, *fit->bench(), [&](const ArrayInput& focus) { arrays = make_focus_arrays(focus); });
+    return *arrays;
+  };
+  answer.save = [fit](const RunOptions& options) {
+    ResultFolder folder(options.output_directory, claim_of_fit(*fit->study, options));
+    FinishedFit written = *fit;
+    write_fit(options, &folder, &written);
+  };
+  return answer;
 }
 
 }  // namespace internal

@@ -1,5 +1,7 @@
 #pragma once
+#include "aberfit/commands/answer.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/method/attempt.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/report/result.h"
 #include "aberfit/report/result_folder.h"
@@ -9,9 +11,22 @@ namespace aberfit::internal {
 /// The files that `write_fit` may write.
 ResultClaim claim_of_fit(const Study& study, const RunOptions& options);
 
-/// Writes result.json, coefficients.csv, summary.txt and - when wanted - the pictures of a fit below
-/// options.output_directory. A missing gnuplot becomes a warning of the result.
-void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
-               const LightPath& focus, ResultDocument* result);
+/// A fit with what its focus is computed from.
+struct FinishedFit {
+  std::shared_ptr<const Study> study;
+  ResultDocument result;
+  Groundwork ground;
+  /// Makes the pupil of the focus and its operators, or returns those of the fit.
+  std::function<std::shared_ptr<const Workbench>()> bench;
+
+  bool failed() const { return result.fitted.fit.status == FitStatus::kFailed; }
+};
+
+/// Writes the results of a fit that has not failed, and puts them in place: result.json, coefficients.csv,
+/// summary.txt and, when wanted, arrays and pictures. A missing gnuplot becomes a warning of the result.
+void write_fit(const RunOptions& options, ResultFolder* folder, FinishedFit* fit);
+
+/// The fit as the answer of its command.
+Answer answer_of(FinishedFit fit);
 
 }  // namespace aberfit::internal

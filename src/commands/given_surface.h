@@ -8,9 +8,10 @@
 
 namespace aberfit::internal {
 
-/// The surface of options.coefficients_file; nothing if no file is named. Throws InputError like
+/// The surface of the options, in memory or in a file; nothing if there is none. Throws InputError like
 /// read_coefficients_csv.
 inline std::optional<GivenSurface> given_surface(const Study& study, const RunOptions& options) {
+  if (options.surface) return *options.surface;
   if (options.coefficients_file.empty()) return std::nullopt;
   GivenSurface surface;
   surface.terms.radius = aperture_radius(study.aperture);

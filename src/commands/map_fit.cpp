@@ -12,6 +12,7 @@
 #include "aberfit/study/measured_psd.h"
 #include "aberfit/study/read_study.h"
 #include "analytic_normals.h"
+#include "answers.h"
 #include "fit_files.h"
 #include "result_files.h"
 #include "unused_parts.h"
@@ -55,11 +56,6 @@ LoadedMap load_map(const Study& study) {
 
 namespace {
 
-// The steps of a map take seconds, so no partial result is worth keeping.
-void end_if_asked(const RunContext& context) {
-  if (context.stopped()) throw Interrupted("stopped before the map was done");
-}
-
 // Fits the map in least squares; the irradiance of the result comes later.
 ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const RunOptions& options,
                           const RunContext& context) {
@@ -75,66 +71,68 @@ ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const Run
 }
 
 // Describes the terms alone, because there is no specification to judge them by.
-void describe_unjudged(const Study& study, const HeightMap& map, const RunOptions& options,
-                       const RunContext& context, ResultDocument* result) {
-  const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
-  const SurfaceOperator operate(result->fitted.terms, pupil,
-                                focus_operator(FocusModel::kRays, context.threads));
-  SurfaceField field;
-  operate.apply(result->fitted.fit.coefficients, &field);
-  describe_map(study, map, pupil, field, context, result);
-  if (options.output_directory.empty()) return;
-  Groundwork ground;  // only sizes, as there is no specification
-  ground.radius = result->fitted.radius;
-  ground.focal_length = study.mirror.focal_length;
-  ground.core_sigma = ground.focal_sigma =
-      2 * ground.focal_length * result->fitted.surface.rms_slope_per_axis;
-  const LightPath focus{study.mirror,     pupil,           operate,           FocusModel::kRays,
-                        study.wavelength, &study.aperture, study.trace.centre};
-  write_fit(study, ground, options, focus, result);
+FinishedFit unjudged_map(std::shared_ptr<const Study> study, const LoadedMap& loaded,
+                         const RunOptions& options, const RunContext& context) {
+  FinishedFit fit{study, fitted_map(*study, loaded, options, context), {}, {}};
+  const FittedTerms& fitted = fit.result.fitted;
+  if (fit.failed()) return fit;
+  const auto bench = std::make_shared<const Workbench>(*study, FocusModel::kRays, study->trace.pupil, 0,
+                                                       fitted.terms, context.threads);
+  describe_map(*study, loaded.map, bench->pupil, bench->field(fitted.fit.coefficients), context, &fit.result);
+  // There are only sizes, as there is no specification.
+  fit.ground.radius = fitted.radius;
+  fit.ground.focal_length = study->mirror.focal_length;
+  fit.ground.core_sigma = fit.ground.focal_sigma =
+      2 * fit.ground.focal_length * fitted.surface.rms_slope_per_axis;
+  fit.bench = [bench] { return bench; };
+  return fit;
 }
 
 // Judges a part against its specification by irradiance. The part is the terms of the map plus the rest as
 // scatter.
-ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const RunOptions& options,
-                          const RunContext& context) {
-  const TermSet terms = map_terms(study);
-  const PartBand band = part_band(study, terms, loaded.map);
+FinishedFit judged_map(std::shared_ptr<const Study> study, const LoadedMap& loaded, const RunOptions& options,
+                       const RunContext& context) {
+  const TermSet terms = map_terms(*study);
+  const PartBand band = part_band(*study, terms, loaded.map);
   context.say("targets");
-  const Layout layout = lay_out_part(study, terms, band, context.threads);
-  ResultDocument result = fitted_map(study, loaded, options, context);
-  if (result.fitted.fit.status == FitStatus::kFailed) return result;
-  const FitCase of{study, layout.ground, layout.targets, context};
-  judge_part(of, band, &result);
-  light_up_map(study, loaded.map, false, context, &result);
-  if (options.output_directory.empty()) return result;
-  const Workbench bench(study, FocusModel::kWaves, {}, part_pitch(of, result), result.fitted.terms,
-                        context.threads, layout.ground.split);
-  write_fit(study, layout.ground, options, bench.focus(study), &result);
-  return result;
+  const Layout layout = lay_out_part(*study, terms, band, context.threads);
+  FinishedFit fit{study, fitted_map(*study, loaded, options, context), layout.ground, {}};
+  if (fit.failed()) return fit;
+  const FitCase of{*study, layout.ground, layout.targets, context};
+  judge_part(of, band, &fit.result);
+  light_up_map(*study, loaded.map, false, context, &fit.result);
+  fit.bench = [study, pitch = part_pitch(of, fit.result), terms = fit.result.fitted.terms,
+               threads = context.threads, split = layout.ground.split] {
+    return std::make_shared<const Workbench>(*study, FocusModel::kWaves, PupilOptions{}, pitch, terms,
+                                             threads, split);
+  };
+  return fit;
+}
+
+FinishedFit fit_map(const Study& given, const RunOptions& options) {
+  const auto study = std::make_shared<const Study>(completed(given));
+  require_analytic_normals(*study);
+  ResultFolder folder(options.output_directory, claim_of_fit(*study, options));
+  const RunContext context = context_of(options);
+  const LoadedMap loaded = load_map(*study);
+  context.stop_if_asked();
+  FinishedFit fit = with_fields_of(*study, [&] {
+    return study->psd ? judged_map(study, loaded, options, context)
+                      : unjudged_map(study, loaded, options, context);
+  });
+  context.stop_if_asked();
+  with_fields_of(*study, [&] { write_fit(options, &folder, &fit); });
+  return fit;
 }
 
 }  // namespace
 
-ResultDocument run_map_fit(const Study& given, const RunOptions& options) {
-  const Study study = completed(given);
-  require_analytic_normals(study);
-  ResultFolder folder(options.output_directory, claim_of_fit(study, options));
-  RunOptions there = options;
-  there.output_directory = folder.path();
-  const RunContext context = context_of(options);
-  const LoadedMap loaded = load_map(study);
-  end_if_asked(context);
-  ResultDocument result = with_fields_of(study, [&] {
-    if (study.psd) return judged_map(study, loaded, there, context);
-    ResultDocument terms = fitted_map(study, loaded, options, context);
-    if (terms.fitted.fit.status != FitStatus::kFailed)
-      describe_unjudged(study, loaded.map, there, context, &terms);
-    return terms;
-  });
-  end_if_asked(context);
-  if (result.fitted.fit.status != FitStatus::kFailed) folder.show();
-  return result;
+ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
+  return fit_map(study, options).result;
+}
+
+Answer internal::answer_map_fit(const Study& study, const RunOptions& options) {
+  return answer_of(fit_map(study, options));
 }
 
 }  // namespace aberfit

@@ -13,6 +13,7 @@
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/measured_psd.h"
 #include "aberfit/study/read_study.h"
+#include "answers.h"
 #include "interrupt.h"
 #include "output_directory.h"
 #include "psd_options.h"
@@ -67,6 +68,23 @@ ResultClaim claim_of_psd(const RunOptions& options) {
                   {"psd", "structure_function", "data"});
 }
 
+// study: of the measurement; null: it was given without one.
+void write(const MeasuredPsd& measured, const RunOptions& options, const Study* study, ResultFolder* folder,
+           PsdReport* report) {
+  if (!folder->wanted()) return;
+  const std::string to = folder->path() + "/";
+  auto drawn = draw_pictures(*report, to, wanted_pictures(options), &report->warnings);
+  const ordered_json roughness = roughness_block(measured);
+  write_file(to + "psd.csv", psd_csv(*report));
+  write_file(to + "bands.csv", bands_csv(*report));
+  write_file(to + "roughness.json", roughness.dump(2) + "\n");
+  const ordered_json document = psd_json(*report, measured);
+  write_result(folder->path(), options,
+               {page_of(*report, roughness), document, study ? typed_study(*study) : document["request"],
+                std::move(drawn)});
+  folder->show();
+}
+
 }  // namespace
 
 const MeasuredPsd& measured_psd_of(const Study& study) {
@@ -109,20 +127,21 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
                          measured.result.warnings.end());
   report.provenance = provenance_of(measured, options);
   if (study) report.provenance.inputs = provenance_of(*study, options).inputs;
-  if (results.wanted()) {
-    const std::string folder = results.path() + "/";
-    auto drawn = draw_pictures(report, folder, wanted_pictures(options), &report.warnings);
-    const ordered_json roughness = roughness_block(measured);
-    write_file(folder + "psd.csv", psd_csv(report));
-    write_file(folder + "bands.csv", bands_csv(report));
-    write_file(folder + "roughness.json", roughness.dump(2) + "\n");
-    const ordered_json document = psd_json(report, measured);
-    write_result(results.path(), options,
-                 {page_of(report, roughness), document, study ? typed_study(*study) : document["request"],
-                  std::move(drawn)});
-    results.show();
-  }
+  write(measured, options, study, &results, &report);
   return report;
+}
+
+Answer answer_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options,
+                  const Study* study) {
+  const PsdReport report = run_psd(measured, title, options, study);
+  const auto kept = study ? std::make_shared<const Study>(*study) : nullptr;
+  const auto save = [measured, report, kept](const RunOptions& there) {
+    ResultFolder folder(there.output_directory, claim_of_psd(there));
+    PsdReport written = report;
+    write(measured, there, kept.get(), &folder, &written);
+  };
+  return make_answer(measured.result.status == PsdFitStatus::kConverged ? ExitCode::kDone : ExitCode::kNotMet,
+                     psd_json(report, measured), page_of(report, roughness_block(measured)), {}, save);
 }
 
 ExitCode psd_command(CommandLine line) {
@@ -136,12 +155,9 @@ ExitCode psd_command(CommandLine line) {
   ResultFolder::look(options.output_directory, claim_of_psd(options));  // before there is anything to lose
   std::shared_ptr<const Study> study;
   const MeasuredPsd measured = measured_by(line, &title, &study);
-  const PsdReport report = run_psd(measured, title, options, study.get());
+  const Answer found = answer_psd(measured, title, options, study.get());
   progress.clear();
-  print(
-      line, [&] { return psd_json(report, measured); }, page_of(report, roughness_block(measured)));
-  say_where(line);
-  return measured.result.status == PsdFitStatus::kConverged ? ExitCode::kDone : ExitCode::kNotMet;
+  return show(line, found, true);
 }
 
 }  // namespace aberfit

@@ -17,11 +17,10 @@
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/psd_numbers.h"
 #include "aberfit/study/read_study.h"
-#include "interrupt.h"
+#include "answers.h"
 #include "output_directory.h"
 #include "result_files.h"
 #include "solve_focus.h"
-#include "terminal.h"
 
 namespace aberfit {
 using namespace internal;
@@ -75,6 +74,70 @@ std::string part_of(const Study& study, const std::string& pointer) {
   return part;
 }
 
+// The mirror of the study together with all that blurs its focus.
+TaskAt together_with_others(const Study& study, const Contributors& others) {
+  const StudyFamily own(study, study.solve->unknowns);
+  return others.empty() ? TaskAt(own) : with_contributors(own, others, study.solve->budgets);
+}
+
+// The same, until the run is asked to stop.
+TaskAt until_stopped(TaskAt task_at, const RunContext& context) {
+  return [task_at = std::move(task_at), context](const std::vector<double>& at) {
+    context.stop_if_asked();
+    return task_at(at);
+  };
+}
+
+Contributors others_of(const Study& study) {
+  return study.solve->with ? contributors(*study.solve->with) : Contributors{};
+}
+
+ResultClaim claim_of_solve(const Study& study, const RunOptions& options) {
+  return claim_of("solve", options, {"contour.csv"}, wanted_pictures(options, &study),
+                  {"contour", "budget_light", "sensitivities"});
+}
+
+void write(const Study& study, const RunOptions& options, ResultFolder* folder, Specification* spec) {
+  if (!folder->wanted()) return;
+  const std::string to = folder->path();
+  const int threads = context_of(options).threads;
+  std::vector<DrawnPicture> drawn;
+  if (const PictureOptions pictures = wanted_pictures(options, &study);
+      pictures.format != PictureFormat::kNone)
+    drawn = draw_pictures(*spec, budget_light(together_with_others(study, others_of(study)), *spec, threads),
+                          to, pictures, &spec->warnings);
+  if (!spec->contour.points.empty()) write_file(to + "/contour.csv", contour_csv(*spec));
+  write_answer(*spec, study, options, to, std::move(drawn));
+  folder->show();
+}
+
+ResultClaim claim_of_ceilings(const Study& study, const RunOptions& options) {
+  return claim_of("solve", options, {"ceilings.csv"}, wanted_pictures(options, &study), {"ceilings"});
+}
+
+void write(const Study& study, const RunOptions& options, ResultFolder* folder, Ceilings* ceilings) {
+  if (!folder->wanted()) return;
+  const std::string to = folder->path();
+  auto drawn = draw_pictures(*ceilings, to, wanted_pictures(options, &study), &ceilings->warnings);
+  if (ceilings->reason.empty()) write_file(to + "/ceilings.csv", ceilings_csv(*ceilings));
+  write_answer(*ceilings, study, options, to, std::move(drawn));
+  folder->show();
+}
+
+// An answer that can be written later: `claim` are its files.
+template <typename Result>
+Answer solve_answer(const Result& result, bool found, const Study& study, const RunOptions& options,
+                    ResultClaim (*claim)(const Study&, const RunOptions&),
+                    void (*write)(const Study&, const RunOptions&, ResultFolder*, Result*)) {
+  const auto save = [study = completed(study), result, claim, write](const RunOptions& there) {
+    ResultFolder folder(there.output_directory, claim(study, there));
+    Result written = result;
+    write(study, there, &folder, &written);
+  };
+  return make_answer(found ? ExitCode::kDone : ExitCode::kNotMet, answer_json(result, study, options),
+                     page_of(result), {}, save);
+}
+
 }  // namespace
 
 std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
@@ -112,19 +175,16 @@ Specification run_solve(const Study& given, const RunOptions& options) {
         study.path, "/solve/for", kMissing,
         "the command needs one or two numbers of the roughness; ceilings work only with `aberfit solve`");
   const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
-  ResultFolder folder(options.output_directory,
-                      claim_of("solve", options, {"contour.csv"}, wanted_pictures(options, &study),
-                               {"contour", "budget_light", "sensitivities"}));
+  ResultFolder folder(options.output_directory, claim_of_solve(study, options));
   const RunContext context = context_of(options);
   if (options.progress) options.progress("solving");
   SolveOptions how;
   how.contour_decades = study.solve->contour_decades;
   how.confidence = study.solve->confidence.value_or(0);
   const StudyFamily own(study, study.solve->unknowns);
-  const Contributors others = study.solve->with ? contributors(*study.solve->with) : Contributors{};
-  const TaskAt together = with_fields_of(study, [&] {
-    return others.empty() ? TaskAt(own) : with_contributors(own, others, study.solve->budgets);
-  });
+  const Contributors others = others_of(study);
+  const TaskAt together =
+      with_fields_of(study, [&] { return until_stopped(together_with_others(study, others), context); });
   Specification spec = with_fields_of(study, [&] {
     if (!others.empty()) require_light_of_path(study);
     Specification whole = solve_specification(together, unknowns, study.solve->budgets, how, context);
@@ -137,17 +197,7 @@ Specification run_solve(const Study& given, const RunOptions& options) {
   });
   spec.title = study.title;
   spec.warnings.insert(spec.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
-  if (folder.wanted()) {
-    const std::string to = folder.path();
-    std::vector<DrawnPicture> drawn;
-    if (const PictureOptions pictures = wanted_pictures(options, &study);
-        pictures.format != PictureFormat::kNone)
-      drawn =
-          draw_pictures(spec, budget_light(together, spec, context.threads), to, pictures, &spec.warnings);
-    if (!spec.contour.points.empty()) write_file(to + "/contour.csv", contour_csv(spec));
-    write_answer(spec, study, options, to, std::move(drawn));
-    folder.show();
-  }
+  write(study, options, &folder, &spec);
   return spec;
 }
 
@@ -157,47 +207,31 @@ Ceilings run_ceilings(const Study& given, const RunOptions& options) {
   if (!study.solve->ceilings)
     throw InputError(study.path, "/solve/ceilings", kMissing,
                      "the command needs an object, e.g. {} or {\"f_max\": \"1 /mm\"}");
-  ResultFolder folder(options.output_directory, claim_of("solve", options, {"ceilings.csv"},
-                                                         wanted_pictures(options, &study), {"ceilings"}));
+  ResultFolder folder(options.output_directory, claim_of_ceilings(study, options));
   const RunContext context = context_of(options);
   if (options.progress) options.progress("ceilings");
   Ceilings ceilings = with_fields_of(
       study, [&] { return find_ceilings(study, *study.solve->ceilings, study.solve->budgets, context); });
   ceilings.title = study.title;
   ceilings.warnings.insert(ceilings.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
-  if (folder.wanted()) {
-    const std::string to = folder.path();
-    auto drawn = draw_pictures(ceilings, to, wanted_pictures(options, &study), &ceilings.warnings);
-    if (ceilings.reason.empty()) write_file(to + "/ceilings.csv", ceilings_csv(ceilings));
-    write_answer(ceilings, study, options, to, std::move(drawn));
-    folder.show();
-  }
+  write(study, options, &folder, &ceilings);
   return ceilings;
 }
 
-ExitCode solve_command(CommandLine line) {
-  const HardLimit limit(line.time_limit);
-  const Study study = read_study(line.study_file, line.changes);
-  choose_output_directory(&line, "solve");
-  ProgressLine progress(!line.quiet);
-  const RunOptions options = run_options(line, &progress);
-  const auto show = [&](const auto& answer, bool found) {
-    progress.clear();
-    print(
-        line, [&] { return answer_json(answer, study, options); }, page_of(answer));
-    say_where(line);
-    return found ? ExitCode::kDone : ExitCode::kNotMet;
-  };
+Answer internal::answer_solve(const Study& study, const RunOptions& options) {
   if (study.solve && study.solve->ceilings) {
     const Ceilings ceilings = run_ceilings(study, options);
-    return show(ceilings, ceilings.reason.empty());
+    return solve_answer(ceilings, ceilings.reason.empty(), study, options, claim_of_ceilings, write);
   }
   if (study.solve && study.solve->focus) {
     const PsdOfFocus found = run_psd_of_focus(study, options);
-    return show(found, found.status == PsdOfFocusStatus::kFitted);
+    return solve_answer(found, found.status == PsdOfFocusStatus::kFitted, study, options, claim_of_focus,
+                        write_focus);
   }
   const Specification spec = run_solve(study, options);
-  return show(spec, spec.status == SolveStatus::kSolved);
+  return solve_answer(spec, spec.status == SolveStatus::kSolved, study, options, claim_of_solve, write);
 }
+
+ExitCode solve_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kSolve); }
 
 }  // namespace aberfit

@@ -28,14 +28,29 @@ double in_the_plane(const std::optional<std::variant<std::string, double>>& exte
 
 }  // namespace
 
+ResultClaim internal::claim_of_focus(const Study& study, const RunOptions& options) {
+  return claim_of("solve", options, {"focus.csv"}, wanted_pictures(options, &study), {"focus"});
+}
+
+void internal::write_focus(const Study& study, const RunOptions& options, ResultFolder* folder,
+                           PsdOfFocus* result) {
+  if (!folder->wanted()) return;
+  const std::string to = folder->path();
+  auto drawn = draw_pictures(*result, to, wanted_pictures(options, &study), &result->warnings);
+  write_file(to + "/focus.csv", focus_csv(*result));
+  write_result(to, options,
+               {page_of(*result), to_json(*result, resolved_study(study), provenance_of(study, options)),
+                typed_study(study), std::move(drawn)});
+  folder->show();
+}
+
 PsdOfFocus run_psd_of_focus(const Study& given, const RunOptions& options) {
   const Study study = completed(given);
   if (!study.solve || !study.solve->focus)
     throw InputError(study.path, "/solve/focus", kMissing,
                      "the command needs an object such as {\"file\": \"ee.csv\"}: a measured focus");
   const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
-  ResultFolder folder(options.output_directory,
-                      claim_of("solve", options, {"focus.csv"}, wanted_pictures(options, &study), {"focus"}));
+  ResultFolder folder(options.output_directory, claim_of_focus(study, options));
   const RunContext context = context_of(options);
   MeasuredFocus focus = study.solve->focus->measured;
   focus.pixel = in_the_plane(study.solve->focus->pixel, study.mirror.focal_length);
@@ -53,15 +68,7 @@ PsdOfFocus run_psd_of_focus(const Study& given, const RunOptions& options) {
   });
   result.title = study.title;
   result.warnings.insert(result.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
-  if (folder.wanted()) {
-    const std::string to = folder.path();
-    auto drawn = draw_pictures(result, to, wanted_pictures(options, &study), &result.warnings);
-    write_file(to + "/focus.csv", focus_csv(result));
-    write_result(to, options,
-                 {page_of(result), to_json(result, resolved_study(study), provenance_of(study, options)),
-                  typed_study(study), std::move(drawn)});
-    folder.show();
-  }
+  write_focus(study, options, &folder, &result);
   return result;
 }
 

@@ -3,58 +3,84 @@
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
+#include "answers.h"
 #include "array_files.h"
 #include "given_surface.h"
-#include "interrupt.h"
 #include "result_files.h"
-#include "terminal.h"
 
 namespace aberfit {
 using namespace internal;
 
-TraceReport run_trace(const Study& given, const RunOptions& options) {
-  const Study study = completed(given);
+namespace {
+
+using Look = std::function<void(const ArrayInput&)>;
+
+// Traces the surface of a study. look: receives its focus and that of theory; may be empty.
+TraceReport traced(const Study& study, const RunOptions& options, const Look& look) {
   const int threads = context_of(options).threads;
-  const ArrayFormat format = wanted_arrays(study, options);
-  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory,
-                      claim_of_arrays("trace", options, format));
-  Warnings of_arrays;
-  const auto look = [&](const TracedLight& light) {
-    if (!folder.wanted()) return;
+  const auto show = [&](const TracedLight& light) {
     const auto theory = target_light(study, light.ground, light.pupil, threads);
     const auto surface = light.waves ? surface_light(*light.waves, light.coefficients, threads)
                                      : ray_light(light.rays, light.nominal, study.trace.centre);
-    write_arrays(study, format, theory.get(), surface.get(), planes_of(statistics_of(light.targets.fitted)),
-                 light.ground.core_sigma, folder.path(), &of_arrays);
+    look(array_input(study, light.ground, theory.get(), surface.get(),
+                     planes_of(statistics_of(light.targets.fitted))));
   };
-  TraceReport report = with_fields_of(
-      study, [&] { return trace_surface(study, given_surface(study, options), threads, look); });
+  TraceReport report = with_fields_of(study, [&] {
+    return trace_surface(study, given_surface(study, options), threads,
+                         look ? std::function<void(const TracedLight&)>(show) : nullptr);
+  });
   report.title = study.title;
   report.warnings.insert(report.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
-  report.warnings.insert(report.warnings.end(), of_arrays.begin(), of_arrays.end());
-  if (folder.wanted()) {
-    write_result(folder.path(), options,
-                 {page_of(report), to_json(report, resolved_study(study), provenance_of(study, options)),
-                  typed_study(study)});
-    folder.show();
-  }
   return report;
 }
 
-ExitCode trace_command(CommandLine line) {
-  const HardLimit limit(line.time_limit);
-  const Study study = read_study(line.study_file, line.changes);
-  ProgressLine progress(!line.quiet);
-  RunOptions options = run_options(line, &progress);
-  choose_arrays_directory(study, options, "trace", &line);
-  options.output_directory = line.output_directory;
-  const TraceReport report = run_trace(study, options);
-  progress.clear();
-  print(
-      line, [&] { return to_json(report, resolved_study(study), provenance_of(study, options)); },
-      page_of(report));
-  if (wanted_arrays(study, options) != ArrayFormat::kNone) say_where(line);
-  return ExitCode::kDone;
+ResultClaim claim_of_trace(const Study& study, const RunOptions& options) {
+  return claim_of_arrays("trace", options, wanted_arrays(study, options));
 }
+
+TraceReport trace_and_write(const Study& study, const RunOptions& options, ResultFolder* folder) {
+  if (!folder->wanted()) return traced(study, options, {});
+  Warnings of_arrays;
+  TraceReport report = traced(study, options, [&](const ArrayInput& focus) {
+    write_arrays(focus, wanted_arrays(study, options), folder->path(), &of_arrays);
+  });
+  report.warnings.insert(report.warnings.end(), of_arrays.begin(), of_arrays.end());
+  write_result(folder->path(), options,
+               {page_of(report), to_json(report, resolved_study(study), provenance_of(study, options)),
+                typed_study(study)});
+  folder->show();
+  return report;
+}
+
+}  // namespace
+
+TraceReport run_trace(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
+  const bool writes = wanted_arrays(study, options) != ArrayFormat::kNone;
+  ResultFolder folder(writes ? options.output_directory : "", claim_of_trace(study, options));
+  return trace_and_write(study, options, &folder);
+}
+
+Answer internal::answer_trace(const Study& study, const RunOptions& given) {
+  RunOptions options = given;  // with the surface itself, as its file may be gone when arrays are asked for
+  if (const auto surface = given_surface(study, given))
+    options.surface = std::make_shared<const GivenSurface>(*surface);
+  const TraceReport report = run_trace(study, options);
+  const auto arrays = [study = completed(study), options] {
+    std::optional<FocusArrays> result;
+    traced(study, options, [&](const ArrayInput& focus) { result = make_focus_arrays(focus); });
+    return *result;
+  };
+  const auto save = [study = completed(study), surface = options.surface](const RunOptions& wanted) {
+    RunOptions there = wanted;
+    there.surface = surface;
+    ResultFolder folder(there.output_directory, claim_of_trace(study, there));
+    trace_and_write(study, there, &folder);
+  };
+  return make_answer(ExitCode::kDone, to_json(report, resolved_study(study), provenance_of(study, options)),
+                     page_of(report), arrays, save);
+}
+
+ExitCode trace_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kTrace); }
 
 }  // namespace aberfit

@@ -7,14 +7,32 @@
 #include "aberfit/report/verify_report.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
+#include "answers.h"
 #include "given_surface.h"
-#include "interrupt.h"
 #include "output_directory.h"
 #include "result_files.h"
-#include "terminal.h"
 
 namespace aberfit {
 using namespace internal;
+
+namespace {
+
+ResultClaim claim_of_verify(const Study& study, const RunOptions& options) {
+  return claim_of("verify", options, {}, wanted_pictures(options, &study), verify_picture_names());
+}
+
+void write(const Study& study, const RunOptions& options, ResultFolder* folder, VerifyReport* report) {
+  if (!folder->wanted()) return;
+  const std::string to = folder->path();
+  auto drawn = draw_pictures({*report, study.mirror, study.aperture}, to, wanted_pictures(options, &study),
+                             &report->warnings);
+  write_result(to, options,
+               {page_of(*report), to_json(*report, resolved_study(study), provenance_of(study, options)),
+                typed_study(study), std::move(drawn)});
+  folder->show();
+}
+
+}  // namespace
 
 VerifyReport run_verify(const Study& given, const RunOptions& options) {
   const Study study = completed(given);
@@ -26,38 +44,28 @@ VerifyReport run_verify(const Study& given, const RunOptions& options) {
     throw InputError(
         study.path, "/light", "a band of light",
         "one wavelength, because `verify` compares rays and waves with their theories at one wavelength");
-  const PictureOptions pictures = wanted_pictures(options, &study);
-  ResultFolder folder(options.output_directory,
-                      claim_of("verify", options, {}, pictures, verify_picture_names()));
+  ResultFolder folder(options.output_directory, claim_of_verify(study, options));
   if (options.progress) options.progress("tracing and diffracting realisations of the roughness");
-  const int threads = context_of(options).threads;
-  VerifyReport report = with_fields_of(
-      study, [&] { return verify(study, study.verify_draws, given_surface(study, options), threads); });
+  VerifyReport report = with_fields_of(study, [&] {
+    return verify(study, study.verify_draws, given_surface(study, options), context_of(options));
+  });
   report.title = study.title;
-  if (folder.wanted()) {
-    const std::string to = folder.path();
-    auto drawn = draw_pictures({report, study.mirror, study.aperture}, to, pictures, &report.warnings);
-    write_result(to, options,
-                 {page_of(report), to_json(report, resolved_study(study), provenance_of(study, options)),
-                  typed_study(study), std::move(drawn)});
-    folder.show();
-  }
+  write(study, options, &folder, &report);
   return report;
 }
 
-ExitCode verify_command(CommandLine line) {
-  const HardLimit limit(line.time_limit);
-  const Study study = read_study(line.study_file, line.changes);
-  choose_output_directory(&line, "verify");
-  ProgressLine progress(!line.quiet);
-  const RunOptions options = run_options(line, &progress);
+Answer internal::answer_verify(const Study& study, const RunOptions& options) {
   const VerifyReport report = run_verify(study, options);
-  progress.clear();
-  print(
-      line, [&] { return to_json(report, resolved_study(study), provenance_of(study, options)); },
-      page_of(report));
-  say_where(line);
-  return report.verdict == Verdict::kEquivalent ? ExitCode::kDone : ExitCode::kNotMet;
+  const auto save = [study = completed(study), report](const RunOptions& there) {
+    ResultFolder folder(there.output_directory, claim_of_verify(study, there));
+    VerifyReport written = report;
+    write(study, there, &folder, &written);
+  };
+  return make_answer(report.verdict == Verdict::kEquivalent ? ExitCode::kDone : ExitCode::kNotMet,
+                     to_json(report, resolved_study(study), provenance_of(study, options)), page_of(report),
+                     {}, save);
 }
+
+ExitCode verify_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kVerify); }
 
 }  // namespace aberfit

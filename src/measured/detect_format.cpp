@@ -8,8 +8,8 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/measured/read_measurement.h"
-#include "hdf5_file.h"
 #include "instrument_text.h"
+#include "is_4d_hdf5.h"
 #include "matrix_axes.h"
 #include "text_columns.h"
 

@@ -15,7 +15,7 @@
 #include "aberfit/core/units.h"
 #include "fits_layout.h"
 #include "map_reading.h"
-#include "zip_archive.h"
+#include "gzip.h"
 
 namespace aberfit {
 using namespace internal;

@@ -1,5 +1,7 @@
 #include "hdf5_file.h"
 
+#include "is_4d_hdf5.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,7 @@
 #include "zip_archive.h"
 
+#include "gzip.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -32,12 +32,6 @@ class ZipArchive {
   zip_t* archive_ = nullptr;
 };
 
-/// Returns true for bytes that begin as gzip does.
-bool is_gzip(std::string_view bytes);
-
-/// Returns the content of a gzip file of one member below 4 GiB, checked by its CRC. Throws InputError.
-std::string unpacked_gzip(const std::string& path, std::string_view bytes);
-
 /// Throws InputError for an archive that is not an X3P. The message tells what it is by the names of its
 /// members (an Excel workbook and so on), or lists them, and how to proceed.
 [[noreturn]] void refuse_other_zip(const std::string& path, const std::vector<std::string>& names);

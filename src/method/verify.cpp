@@ -55,11 +55,11 @@ void compare_given(const Task& task, const std::vector<Statistic>& statistics, c
 
 // Compares the mean irradiance of the realisations with that of as many perturbed rays.
 void compare_means(const Ensemble& ensemble, const Groundwork& ground,
-                   const std::vector<Statistic>& statistics, int threads, VerifyReport* report) {
+                   const std::vector<Statistic>& statistics, VerifyReport* report) {
   const Task& task = ensemble.task;
-  const EnsembleMean terms = ensemble_by_rays(ensemble, statistics, threads);
+  const EnsembleMean terms = ensemble_by_rays(ensemble, statistics);
   const EnsembleMean rays = ensemble_of_perturbed_rays(task, ground.numbers.rms_slope_per_axis,
-                                                       ensemble.draws, statistics, threads);
+                                                       ensemble.draws, statistics, ensemble.context.threads);
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto at = Eigen::Index(k);
     report->metrics.push_back(tost(statistic_name(statistics[k]), false, rays.value[at],
@@ -166,8 +166,9 @@ Deflections deflections_of(const RayBundle& rays, const RayBundle& nominal) {
 }
 
 VerifyReport verify(const Task& task, std::optional<int> draws, const std::optional<GivenSurface>& given,
-                    int threads) {
+                    const RunContext& context) {
   assert(task.psd);
+  const int threads = context.threads;
   const Groundwork ground = lay_groundwork(task);
   const PupilSample pupil = make_pupil(task.aperture, task.trace.pupil);
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
@@ -197,12 +198,12 @@ VerifyReport verify(const Task& task, std::optional<int> draws, const std::optio
   const int law = ensemble_draws(spread_in_margins(report.scene, task.equivalence));
   const int asked = (draws.value_or(law) + law::kGroups - 1) / law::kGroups * law::kGroups;
   report.draws = given ? 0 : asked;
-  const Ensemble ensemble{task, surface.terms, plan.prior, report.draws};
+  const Ensemble ensemble{task, surface.terms, plan.prior, report.draws, context};
   if (given)
     compare_given(task, statistics, *report.shown, threads, &report);
   else
-    compare_means(ensemble, ground, statistics, threads, &report);
-  compare_in_light(ensemble, ground, given, statistics, threads, &report);
+    compare_means(ensemble, ground, statistics, &report);
+  compare_in_light(ensemble, ground, given, statistics, &report);
   decide(task, ground, &report);
 
   report.warnings = verify_warnings(ground, plan, report);

@@ -68,6 +68,7 @@ EnsembleMean mean_of_groups(const Task& task, int draws, const std::vector<Stati
 }
 
 Eigen::VectorXd drawn(const Ensemble& ensemble, std::uint64_t draw) {
+  ensemble.context.stop_if_asked();
   const std::uint64_t seed = RandomStream(ensemble.task.fit.seed, "ensemble-draws").bits(draw);
   return ensemble.prior.colour(draw_white(ensemble.prior.size(), seed));
 }
@@ -163,8 +164,7 @@ struct WaveShares {
   Eigen::MatrixXd groups;  // energy fractions by groups; empty for a given surface
 };
 
-WaveShares shares_of_draws(const Ensemble& ensemble, const LightPlan& plan, double pitch, int draws,
-                           int threads) {
+WaveShares shares_of_draws(const Ensemble& ensemble, const LightPlan& plan, double pitch, int draws) {
   const Task& task = ensemble.task;
   const PupilSample pupil = focus_pupil(task, FocusModel::kWaves, task.trace.pupil, pitch);
   const SurfaceOperator surface(ensemble.terms, pupil, focus_operator(FocusModel::kWaves, 1));
@@ -173,7 +173,7 @@ WaveShares shares_of_draws(const Ensemble& ensemble, const LightPlan& plan, doub
   WaveShares shares;
   shares.groups = Eigen::MatrixXd::Zero(Eigen::Index(plan.shares.size()), law::kGroups);
   const int per_group = draws / law::kGroups;
-  parallel_for(law::kGroups, threads, [&](std::size_t g) {
+  parallel_for(law::kGroups, ensemble.context.threads, [&](std::size_t g) {
     const auto model = make_forward_model(path, plan.shares, 1);
     for (int d = 0; d < per_group; ++d) {
       model->move_to(drawn(ensemble, g * std::uint64_t(per_group) + std::uint64_t(d)));
@@ -189,11 +189,10 @@ WaveShares shares_of_draws(const Ensemble& ensemble, const LightPlan& plan, doub
 
 namespace internal {
 
-EnsembleMean ensemble_by_rays(const Ensemble& ensemble, const std::vector<Statistic>& statistics,
-                              int threads) {
+EnsembleMean ensemble_by_rays(const Ensemble& ensemble, const std::vector<Statistic>& statistics) {
   const Task& task = ensemble.task;
   return mean_of_groups(
-      task, ensemble.draws, statistics, threads,
+      task, ensemble.draws, statistics, ensemble.context.threads,
       [&](std::size_t g, int count, const PupilSample& pupil, const RayBundle& nominal, Gathered* group) {
         const SurfaceOperator surface(ensemble.terms, pupil, {});
         SurfaceField field;
@@ -225,7 +224,7 @@ EnsembleMean ensemble_of_perturbed_rays(const Task& task, double slope, int draw
 
 void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
                       const std::optional<GivenSurface>& given, const std::vector<Statistic>& statistics,
-                      int threads, VerifyReport* report) {
+                      VerifyReport* report) {
   const Task& task = ensemble.task;
   report->light_obstacle = ground.use.obstacle;
   if (!report->light_obstacle.empty()) return;
@@ -237,14 +236,14 @@ void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
     if (given) {
       const FreshStatistics fresh = statistics_with_error(
           lit_mirror(task, nullptr), {FocusModel::kWaves, 0, task.trace.pupil.seed, pitch}, given->terms,
-          given->coefficients, plan.shares, threads, nullptr);
+          given->coefficients, plan.shares, ensemble.context.threads, nullptr);
       shares.mean = {fresh.value, fresh.standard_error};
     } else {
       const double cells = std::pow(2 * ground.radius / pitch, 2);
       const int most =
           int(law::kMostDraws * std::pow(law::kMostCells, 2) / cells) / law::kGroups * law::kGroups;
       report->light_draws = std::clamp(ensemble.draws, law::kGroups, std::max(most, law::kGroups));
-      shares = shares_of_draws(ensemble, plan, pitch, report->light_draws, threads);
+      shares = shares_of_draws(ensemble, plan, pitch, report->light_draws);
     }
     for (const LightRow& row : plan.rows)
       report->light.push_back(light_metric(row, shares.mean, shares.groups, task.equivalence));

@@ -4,6 +4,7 @@
 
 #include "aberfit/method/constants.h"
 #include "aberfit/method/plan.h"
+#include "aberfit/method/run_context.h"
 #include "aberfit/method/verify.h"
 
 namespace aberfit::internal {
@@ -19,12 +20,12 @@ struct Ensemble {
   const TermSet& terms;
   const CoefficientPrior& prior;
   int draws = 0;
+  const RunContext& context;  ///< asked before each surface
 };
 
 /// Statistics of all rays together, each realisation on a fresh pupil of a few thousand Sobol points per
 /// group.
-EnsembleMean ensemble_by_rays(const Ensemble& ensemble, const std::vector<Statistic>& statistics,
-                              int threads);
+EnsembleMean ensemble_by_rays(const Ensemble& ensemble, const std::vector<Statistic>& statistics);
 /// Statistics of as many perturbed rays (Harvey-Shack), with `slope` per axis.
 EnsembleMean ensemble_of_perturbed_rays(const Task& task, double slope, int draws,
                                         const std::vector<Statistic>& statistics, int threads);
@@ -34,7 +35,7 @@ EnsembleMean ensemble_of_perturbed_rays(const Task& task, double slope, int draw
 /// of the ring that holds 90 % in theory.
 void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
                       const std::optional<GivenSurface>& given, const std::vector<Statistic>& statistics,
-                      int threads, VerifyReport* report);
+                      VerifyReport* report);
 
 /// Degrees of freedom of a standard error from groups of realisations.
 inline constexpr double kGroupFreedom = law::kGroups - 1;

@@ -79,6 +79,11 @@ Files npz_files(const FocusArrays& arrays) {
     all.push_back(matrix("otf_surface_real", otf->value.real()));
     all.push_back(matrix("otf_surface_imag", otf->value.imag()));
   }
+  if (arrays.halo) {
+    all.push_back(matrix("halo", arrays.halo->fraction));
+    all.push_back({"halo_core", {}, {arrays.halo->core}});
+    all.push_back({"halo_beyond", {}, {arrays.halo->beyond}});
+  }
   Files members;
   for (const NpyArray& array : all) members.emplace_back(array.name + ".npy", npy_bytes(array));
   return {{"arrays.npz", stored_zip(members)}};
@@ -135,6 +140,13 @@ Files csv_files(const FocusArrays& arrays) {
         image_csv("mean irradiance of pixels at z = f, as fraction of the energy per m^2, of the " + whose,
                   "centres [m]", arrays.pixel, light.psf));
   });
+  if (arrays.halo)
+    files.emplace_back(
+        "arrays/halo.csv",
+        image_csv(fmt::format("fraction of the energy that the roughness beside the terms scatters, per "
+                              "pixel; core {}, beyond the frame {}",
+                              arrays.halo->core, arrays.halo->beyond),
+                  "centres [m]", arrays.pixel, arrays.halo->fraction));
   Columns mtf = {{"frequency_per_m", arrays.frequency}};
   if (arrays.theory && arrays.theory->mtf) mtf.emplace_back("theory", *arrays.theory->mtf);
   if (const TransferImage* otf = surface_otf(arrays)) {
@@ -195,6 +207,17 @@ FitsImageUnit psf_unit(const FocusArrays& arrays, const std::string& whose, cons
   return image;
 }
 
+FitsImageUnit halo_unit(const FocusArrays& arrays) {
+  const double pixel = arrays.pixel[1] - arrays.pixel[0];
+  FitsImageUnit image{"HALO", arrays.halo->fraction, scene_cards(arrays, "scatter")};
+  image.cards.push_back({"CORE", arrays.halo->core, "fraction not scattered"});
+  image.cards.push_back({"BEYOND", arrays.halo->beyond, "fraction scattered beyond the frame"});
+  image.cards.push_back({"PIXELSCL", pixel / arrays.focal_length * kArcsecPerRadian, "[arcsec] per pixel"});
+  add_axis(1, "X", "m", arrays.pixel.size(), pixel, &image.cards);
+  add_axis(2, "Y", "m", arrays.pixel.size(), pixel, &image.cards);
+  return image;
+}
+
 FitsImageUnit otf_unit(const FocusArrays& arrays, const std::string& name, const Eigen::ArrayXXd& values) {
   const TransferImage& otf = *surface_otf(arrays);
   FitsImageUnit image{name, values, scene_cards(arrays, "surface")};
@@ -215,6 +238,7 @@ Files fits_files(const FocusArrays& arrays) {
   if (arrays.surface) psf.push_back(psf_unit(arrays, "surface", *arrays.surface));
   if (arrays.theory) psf.push_back(psf_unit(arrays, "theory", *arrays.theory));
   psf.back().name = arrays.theory ? "THEORY" : "";
+  if (arrays.halo) psf.push_back(halo_unit(arrays));
   if (const TransferImage* surface = surface_otf(arrays)) {
     otf.push_back(otf_unit(arrays, "", surface->value.abs()));
     otf.push_back(otf_unit(arrays, "REAL", surface->value.real()));

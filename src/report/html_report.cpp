@@ -47,7 +47,7 @@ Filling mustache_of(const Json& json) {
 std::string rendered(const std::string& name, const Json& context) {
   Filling filling = mustache_of(context);
   filling.set("style", embedded_text("report.css"));
-  for (const char* part : {"head", "part"})
+  for (const char* part : {"head", "first", "part"})
     filling.set(part,
                 kainjow::mustache::partial([part] { return embedded_text(part + std::string(".html")); }));
   return kainjow::mustache::mustache(embedded_text(name)).render(filling);
@@ -332,6 +332,27 @@ Json common_of(const std::vector<ComparedResult>& results) {
   return rows;
 }
 
+// The answer, the question, the limits and the tables.
+Json first_of(const HtmlReport& report) {
+  const Page& page = report.page;
+  const std::string kind = report.document["kind"];
+  const Json asked = asked_of(report.asked);
+  Json warnings = Json::array();
+  for (const Warning& warning : page.warnings)
+    warnings.push_back({{"code", warning.code}, {"message", warning.message}});
+  return {{"heading", page.title.empty() ? "aberfit " + kind : page.title},
+          {"headline", page.headline},
+          {"tone", word_of(page.tone)},
+          {"advice", page.advice},
+          {"has_asked", !asked.empty()},
+          {"asked", asked},
+          {"has_answers", !page.answers.empty()},
+          {"answers", rows_of(page.answers)},
+          {"has_warnings", !warnings.empty()},
+          {"warnings", warnings},
+          {"parts", parts_of(page.parts)}};
+}
+
 }  // namespace
 
 std::string html_of(const std::vector<ComparedResult>& results, const std::vector<Page::Text>& run) {
@@ -369,38 +390,24 @@ std::string html_of(const std::vector<ComparedResult>& results, const std::vecto
   return rendered("compare.html", context);
 }
 
+std::string first_screen_of(const HtmlReport& report) { return rendered("first.html", first_of(report)); }
+
 std::string html_of(const HtmlReport& report) {
-  const Page& page = report.page;
   const Json from = report.document.value("provenance", Json::object());
-  const std::string kind = report.document["kind"];
-  Json asked = asked_of(report.asked), uses = named(uses_of_terms(report.folder), "label", "text");
-  Json whole = Json::array();
+  Json uses = named(uses_of_terms(report.folder), "label", "text"), whole = Json::array();
   if (report.whole)
     for (const Json& part : parts_of(report.whole->parts))
       if (part.contains("table")) whole.push_back(part);
-  Json warnings = Json::array();
-  for (const Warning& warning : page.warnings)
-    warnings.push_back({{"code", warning.code}, {"message", warning.message}});
-  Json context = {{"heading", page.title.empty() ? "aberfit " + kind : page.title},
-                  {"made", made_by(kind, from, report.run)},
+  Json context = first_of(report);
+  context.update({{"made", made_by(report.document["kind"], from, report.run)},
                   {"description", report.asked.value("description", "")},
-                  {"headline", page.headline},
-                  {"tone", word_of(page.tone)},
-                  {"advice", page.advice},
-                  {"has_asked", !asked.empty()},
-                  {"asked", asked},
-                  {"has_answers", !page.answers.empty()},
-                  {"answers", rows_of(page.answers)},
-                  {"has_warnings", !warnings.empty()},
-                  {"warnings", warnings},
-                  {"parts", parts_of(page.parts)},
                   {"has_whole", !whole.empty()},
                   {"whole", whole},
                   {"has_uses", !uses.empty()},
                   {"uses", uses},
                   {"files", named(files_with_purpose(report.folder), "name", "purpose")},
                   {"provenance", provenance_of(report.document, report.run)},
-                  {"numbers", numbers_of(report.document)}};
+                  {"numbers", numbers_of(report.document)}});
   std::string said;
   for (const char* part : {"headline", "advice", "asked", "answers", "warnings", "parts"})
     said += context[part].dump(-1, ' ', false, Json::error_handler_t::replace);

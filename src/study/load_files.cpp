@@ -33,7 +33,7 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
       load_roughness(study, sum->parts[i], fmt::format("{}/parts/{}", pointer, i));
   }
   if (auto* measured = std::get_if<MeasuredPsd>(&node.model); measured && measured->data.empty()) {
-    locate(study, measured->source.file, pointer + "/file");
+    if (!measured->source.values) locate(study, measured->source.file, pointer + "/file");
     for (std::size_t i = 0; i < measured->further.size(); ++i)
       locate(study, measured->further[i].file, fmt::format("{}/further/{}/file", pointer, i));
     measure_psd(*measured, std::filesystem::path(study.path).parent_path().string(), study.path, pointer,
@@ -62,9 +62,9 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
 }
 
 SegmentedAperture outlines_of(const Study& study, const MaskFile& mask) {
-  const std::string path = locate(study, mask.file, "/aperture/file");
+  const std::string path = mask.values ? "" : locate(study, mask.file, "/aperture/file");
   try {
-    return mask_outlines(read_mask(path), mask.pitch);
+    return mask_outlines(mask.values ? *mask.values : read_mask(path), mask.pitch);
   } catch (const ComputationError& error) {
     throw InputError(study.path, "/aperture/file", fmt::format("in \"{}\": {}", mask.file, error.what()),
                      "an image from 0 (opaque) to 1 (clear) that is grey only at edges");
@@ -185,7 +185,7 @@ void load_files(Study& study) {
                      fmt::format("/solve/with/surfaces/{}/psd", k));
   if (study.solve && study.solve->focus && !is_loaded(*study.solve->focus))
     load_focus(&*study.solve->focus, locate(study, study.solve->focus->file, "/solve/focus/file"));
-  if (study.map) locate(study, study.map->source.file, "/target/map/file");
+  if (study.map && !study.map->source.values) locate(study, study.map->source.file, "/target/map/file");
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     StatisticRequest& request = study.target.statistics[i];

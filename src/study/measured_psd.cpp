@@ -169,6 +169,27 @@ void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
                    100 * share, fit->model_error > 0 ? ", and the model does not describe the bins" : "")});
 }
 
+// Values of a program with the facts of the study, as if a file without facts of its own had them.
+Measurement with_facts(Measurement data, const MeasuredSource& source, const std::string& name) {
+  if (source.value_in_waves && !source.wavelength)
+    throw InputError(name, "", "values in waves", "a wavelength of these waves, option 'wavelength'");
+  auto* const profile = std::get_if<Profile>(&data);
+  if (profile && source.quantity) profile->quantity = *source.quantity;
+  const bool is_slope = profile && profile->quantity == ProfileQuantity::kSlope;
+  const double unit = source.value_in_waves ? *source.wavelength : source.value_factor.value_or(1);
+  const double factor = unit * (source.wavefront.value_or(false) && !is_slope ? 0.5 : 1.0);
+  std::visit([&](auto& measured) { measured.file_unit = factor; }, data);
+  if (profile) {
+    profile->value *= factor;
+    profile->x *= source.x_factor.value_or(1);
+  } else {
+    HeightMap& map = std::get<HeightMap>(data);
+    map.height *= factor;
+    if (source.pitch) map.pitch_x = map.pitch_y = *source.pitch;
+  }
+  return data;
+}
+
 }  // namespace
 
 Measurement load_measurement(const MeasuredFile& file, const std::string& folder, const std::string& where,
@@ -177,7 +198,7 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
   const bool typed = where == kCommandLine;
   Measurement data;
   try {
-    data = read_measurement(source);
+    data = file.values ? with_facts(*file.values, source, file.file) : read_measurement(source);
   } catch (const InputError& error) {
     if (const auto* missing = dynamic_cast<const MissingFact*>(&error))
       if (const std::vector<std::string> facts = missing_facts(source); facts.size() > 1) {

@@ -69,16 +69,44 @@ void fill_in(Study* study) {
     study->roughness = roughness_model(*study->psd);
 }
 
+MeasuredPsd* first_measured(RoughnessModel* node) {
+  if (auto* measured = std::get_if<MeasuredPsd>(&node->model)) return measured;
+  if (auto* sum = std::get_if<RoughnessSum>(&node->model))
+    for (RoughnessModel& part : sum->parts)
+      if (MeasuredPsd* measured = first_measured(&part)) return measured;
+  return nullptr;
+}
+
+void put_in_place(const StudyData& data, Study* study) {
+  MeasuredPsd* const measured = study->roughness ? first_measured(&*study->roughness) : nullptr;
+  const auto refuse = [&](const char* what, const char* place) {
+    throw InputError(study->path, "", std::string("a ") + what + " that the study has no place for", place);
+  };
+  if (data.map && study->map) study->map->source.values = data.map;
+  const bool is_same = study->map && measured && measured->source.file == study->map->source.file;
+  if (data.map && measured && (is_same || !study->map)) measured->source.values = data.map;
+  if (data.map && !measured && !study->map)
+    refuse("map", "a block target.map, or a psd of model \"measured\"; both with a name as `file`");
+  if (data.profile && !measured) refuse("profile", "a psd of model \"measured\" with a name as `file`");
+  if (data.profile) measured->source.values = data.profile;
+  if (!data.mask) return;
+  auto* const mask = study->obstructed ? std::get_if<MaskFile>(&study->obstructed->shape) : nullptr;
+  if (!mask) refuse("mask", "an aperture of shape \"mask\" with a name as `file`");
+  mask->values = data.mask;
+}
+
 }  // namespace
 
 Study internal::study_of_json(const nlohmann::ordered_json& json, const std::string& path,
-                              const std::vector<std::string>& changes, const Study* same_roughness) {
+                              const std::vector<std::string>& changes, const Study* same_roughness,
+                              const StudyData& data) {
   Study study;
   study.path = path;
   study.changes = changes;
   study.typed = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   try {
     read_object(json, study.path, [&](Visitor& v) { describe_study(v, study); });
+    put_in_place(data, &study);
     if (same_roughness) {
       study.roughness = same_roughness->roughness;
       study.psd = same_roughness->psd;
@@ -92,10 +120,11 @@ Study internal::study_of_json(const nlohmann::ordered_json& json, const std::str
   return study;
 }
 
-Study parse_study(const std::string& text, const std::string& path, const std::vector<std::string>& changes) {
+Study parse_study(const std::string& text, const std::string& path, const std::vector<std::string>& changes,
+                  const StudyData& data) {
   nlohmann::ordered_json json = parse_json(text, path);
   apply_changes(changes, &json);
-  return study_of_json(json, path, changes, nullptr);
+  return study_of_json(json, path, changes, nullptr, data);
 }
 
 std::string internal::text_of_study(const std::string& path) {
@@ -111,8 +140,8 @@ std::string internal::text_of_study(const std::string& path) {
   return whole(file);
 }
 
-Study read_study(const std::string& path, const std::vector<std::string>& changes) {
-  return parse_study(text_of_study(path), path == "-" ? kStandardInput : path, changes);
+Study read_study(const std::string& path, const std::vector<std::string>& changes, const StudyData& data) {
+  return parse_study(text_of_study(path), path == "-" ? kStandardInput : path, changes, data);
 }
 
 MeasuredPsd read_measured(const nlohmann::ordered_json& block, const std::string& source, int threads) {

@@ -71,9 +71,9 @@ TEST(Architecture, EveryIncludeKeepsTheOrderOfTheRoomsAndTheirLibraries) {
     seen.insert(file.parent_path().filename().string());
   }
   // The existing rooms must be among the files; an empty list would pass wrongly.
-  for (const char* room :
-       {"core", "scene", "measured", "roughness", "spectrum", "terms", "trace", "focus", "waves", "theory",
-        "forward", "fit", "method", "chart", "specify", "report", "study", "cases", "commands"})
+  for (const char* room : {"core",    "scene",  "measured", "roughness", "spectrum", "terms",  "trace",
+                           "focus",   "waves",  "theory",   "forward",   "fit",      "method", "chart",
+                           "specify", "report", "study",    "cases",     "commands", "python"})
     EXPECT_TRUE(seen.contains(room)) << room;
 }
 

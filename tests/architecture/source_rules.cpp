@@ -44,8 +44,9 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"zip.h", {"measured"}},
       {"ceres/", {"spectrum", "fit"}},
       {"nlohmann/",
-       {"measured", "report", "study", "cases", "commands"}},  // DABAM metadata, results, studies
+       {"measured", "report", "study", "cases", "commands", "python"}},  // DABAM metadata, results, studies
       {"CLI/", {kProgram}},
+      {"pybind11/", {"python"}},
       // Headers of the operating system: memory, processes and files of gnuplot and the reports, the
       // terminal.
       {"unistd.h", {"core", "report", "cases", "commands"}},
@@ -303,7 +304,7 @@ const std::vector<std::string>& rooms() {
   static const std::vector<std::string> names = {"core",    "scene", "measured", "roughness", "spectrum",
                                                  "terms",   "trace", "focus",    "waves",     "theory",
                                                  "forward", "fit",   "method",   "chart",     "specify",
-                                                 "report",  "study", "cases",    "commands"};
+                                                 "report",  "study", "cases",    "commands",  "python"};
   return names;
 }
 

@@ -232,7 +232,7 @@ VerifyReport verified(const std::string& trace) {
   terms.radius = kRadius;
   terms.zernike = zernike_modes(2, 4);
   const Eigen::VectorXd coefficients = 1e-9 * draw_white(terms.size(), 1);
-  return verify(study, {}, GivenSurface{terms, coefficients}, 1);
+  return verify(study, {}, GivenSurface{terms, coefficients}, {1});
 }
 
 TEST(VerifyWarnings, CentralDifferenceIsALowPassFilter) {

@@ -53,6 +53,7 @@ ExitCode sweep_command(CommandLine line);
 ExitCode report_command(CommandLine line);
 ExitCode schema_command(CommandLine line);
 ExitCode new_command(CommandLine line);
+ExitCode serve_command(CommandLine line);  // standard input and output, see commands/serve.h
 /// The kinds of studies that `new` writes.
 std::vector<std::string> starter_kinds();
 

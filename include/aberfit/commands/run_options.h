@@ -1,9 +1,11 @@
 #pragma once
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "aberfit/core/output_formats.h"
+#include "aberfit/method/trace_surface.h"
 
 namespace aberfit {
 
@@ -16,6 +18,7 @@ struct RunOptions {
   bool force = false;                                ///< replace files there that stand in the way of results
   std::function<void(const std::string&)> tell;      ///< receives a line that names them; may be empty
   std::string coefficients_file;                     ///< trace, verify: surface in place of a realisation
+  std::shared_ptr<const GivenSurface> surface;       ///< the same in memory; null: the file, if there is one
   std::function<void(const std::string&)> progress;  ///< one line of progress; called often
   /// Called between the steps of a fit; true ends the fit with the best so far. Empty: never.
   std::function<bool()> interrupted;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "aberfit/method/run_context.h"
 #include "aberfit/method/scene_facts.h"
 #include "aberfit/method/tost.h"
 #include "aberfit/method/trace_surface.h"
@@ -73,8 +74,8 @@ struct VerifyReport {
 /// theory does not predict it. The standard error comes from law::kGroups groups of realisations, with
 /// Student's t and one degree of freedom less each; the verdict is TOST on the means. A given surface is
 /// judged on its own statistics instead. draws: size of the ensemble, rounded up to a multiple of
-/// law::kGroups; absent: see ensemble_draws.
+/// law::kGroups; absent: see ensemble_draws. Throws Interrupted if the context asks to stop.
 VerifyReport verify(const Task& task, std::optional<int> draws, const std::optional<GivenSurface>& given,
-                    int threads);
+                    const RunContext& context);
 
 }  // namespace aberfit

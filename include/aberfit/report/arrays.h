@@ -8,6 +8,7 @@
 #include "aberfit/core/output_formats.h"
 #include "aberfit/report/focal_light.h"
 #include "aberfit/scene/aperture.h"
+#include "aberfit/theory/halo_kernel.h"
 
 namespace aberfit {
 
@@ -21,6 +22,7 @@ struct ArrayInput {
   std::vector<double> planes;  ///< dz [m] of the encircled energies; z = f is always added
   double core_sigma;           ///< scale of the focal spot [m]; 0: taken from the spot itself
   std::string title;
+  const RadialPsd* rest = nullptr;  ///< the roughness that scatters beside the terms; null: none
 };
 
 /// The focus by theory or of the surface, on the axes of FocusArrays. Unknown parts are empty.
@@ -43,6 +45,8 @@ struct FocusArrays {
   Eigen::ArrayXd pixel;                                   ///< centres along x and y [m]
   Eigen::ArrayXd frequency;                               ///< from 0 [cycles/m]; empty: no OTF
   std::optional<LightArrays> theory, surface;
+  /// Scatter of the roughness beside the terms on the pixels of the PSF. `surface` has it already.
+  std::optional<HaloKernel> halo;
 };
 FocusArrays make_focus_arrays(const ArrayInput& input);
 

@@ -24,6 +24,9 @@ struct HtmlReport {
 /// or PNG, or would make the page larger than 3 MB.
 std::string html_of(const HtmlReport& report);
 
+/// The first screen of that page as HTML without head and styles, for a notebook.
+std::string first_screen_of(const HtmlReport& report);
+
 /// One of several results to compare.
 struct ComparedResult {
   std::string name;                        ///< name of its folder, for people

@@ -14,10 +14,13 @@ namespace aberfit {
 /// unreadable files. path "-": standard input, with paths relative to the working folder. changes: set in the
 /// study before it is read, each "/json/pointer=value" as for `--set`. A value is JSON if it parses,
 /// otherwise a string. Messages about a changed value name its change.
-Study read_study(const std::string& path, const std::vector<std::string>& changes = {});
+/// data: stand in for the files of target.map, of the first measurement of the roughness (a profile, or the
+/// map unless target.map has it) and of a mask. Throws InputError for data without such a place.
+Study read_study(const std::string& path, const std::vector<std::string>& changes = {},
+                 const StudyData& data = {});
 /// The same from text; `path` names the file in messages and anchors relative paths.
 Study parse_study(const std::string& text, const std::string& path,
-                  const std::vector<std::string>& changes = {});
+                  const std::vector<std::string>& changes = {}, const StudyData& data = {});
 
 /// Study::path of a study read from standard input.
 inline constexpr const char* kStandardInput = "standard input";

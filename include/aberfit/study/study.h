@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -55,6 +56,9 @@ struct MeasuredFile {
   double scale = 1;             ///< factor on the heights, to put a measured shape on another mirror
   std::vector<double> invalid;  ///< values of the file that mark a missing sample, see MeasuredSource
   ClearPart clear;
+  /// Data of a program in place of the file, which then is only a name. The facts above apply to them as to a
+  /// file that states none. Without a unit, heights are in m, of the surface, and slopes in rad.
+  std::shared_ptr<const Measurement> values = nullptr;
 };
 
 /// `psd.model: "measured"`: measurement -> PSD -> model, computed by read_study.
@@ -170,6 +174,7 @@ struct MaskFile {
   std::string file;
   double pitch = 0;  ///< of pixels [m]
   double margin = 0;
+  std::shared_ptr<const Grid> values = nullptr;  ///< data of a program in place of the file
 };
 /// An aperture before its file is read and its spiders are removed.
 struct ApertureSpec {
@@ -198,6 +203,12 @@ struct Study : Task {
   std::optional<int> verify_draws;
   std::optional<SolveSpec> solve;
   std::optional<VarySpec> vary;
+};
+
+/// Data of a program for a study that names files.
+struct StudyData {
+  std::shared_ptr<const Measurement> map, profile;
+  std::shared_ptr<const Grid> mask;  ///< of the aperture; row 0 at the lowest y
 };
 
 /// Fills in what follows from other members and from the files that the study names. It loads missing tables,

@@ -1,0 +1,26 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "aberfit/theory/scatter_function.h"
+
+namespace aberfit {
+
+/// A scatter function as an image: the kernel with which the PSF of a surface is convolved to get that of the
+/// surface with its scatter. PSF = core PSF + (PSF convolved with `fraction`); core + halo + beyond = 1.
+struct HaloKernel {
+  Eigen::ArrayXXd fraction;  ///< of the energy, per pixel; column = x, row = y, the axis in the middle
+  double pixel = 0;          ///< side [direction cosine]; times the focal length it is a length in the focus
+  double core = 1;           ///< fraction that is not scattered, 1 - TIS
+  double halo = 0;           ///< sum of `fraction`
+  double beyond = 0;         ///< fraction scattered beyond the frame
+};
+
+/// The kernel on pixels x pixels squares of side `pixel` [direction cosine]. The specular direction is in the
+/// middle: in the middle of a pixel if their number is odd, at a corner if it is even. A pixel has the
+/// integral of the BSDF over its area, exact to 1e-9 of the scattered energy even where the PSD jumps inside
+/// it: by the divergence theorem it is the flux of E(r) r/(2 pi r^2) through its edges, E the energy within
+/// r. Throws std::invalid_argument unless pixel > 0 and 1 <= pixels <= kMostKernelPixels.
+HaloKernel halo_kernel(const ScatterFunction& scatter, double pixel, int pixels);
+inline constexpr int kMostKernelPixels = 4097;
+
+}  // namespace aberfit

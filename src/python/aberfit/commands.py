@@ -1,0 +1,143 @@
+"""The commands of the program as functions."""
+
+from __future__ import annotations
+
+import json
+import os
+
+from . import _aberfit
+from .data import study_data
+from .result import Result
+from .surface import Surface
+
+
+def _study(study, changes, data):
+    """A dict or a path as the compiled part takes it."""
+    changes = [
+        f"{pointer}={value if isinstance(value, str) else json.dumps(value)}"
+        for pointer, value in (changes or {}).items()
+    ]
+    if isinstance(study, (str, os.PathLike)):
+        return _aberfit.StudyText("", os.fspath(study), changes, data)
+    return _aberfit.StudyText(json.dumps(study), "study", changes, data)
+
+
+def _settings(output=None, pictures=None, arrays=None, force=False, threads=None, call=""):
+    settings = _aberfit.Settings()
+    settings.output = os.fspath(output) if output is not None else ""
+    settings.pictures = pictures or ""
+    settings.arrays = arrays or ""
+    settings.force = force
+    settings.threads = threads or 0
+    settings.call = call
+    return settings
+
+
+def _run(command, study, *, profile=None, map=None, mask=None, changes=None, progress=None, **options):
+    """Runs a command. See `fit` for the arguments that all commands have."""
+    seconds = options.pop("seconds", None)
+    coefficients = options.pop("coefficients", None)
+    settings = _settings(call=f"aberfit.{command} of Python", **options)
+    if seconds is not None:
+        settings.chart_seconds = float(seconds)
+    if isinstance(coefficients, Surface):
+        settings.set_surface(coefficients._terms)
+    elif coefficients is not None:
+        settings.coefficients = os.fspath(coefficients)
+    text = _study(study, changes, study_data(profile, map, mask))
+    return Result(_aberfit.run(command, text, settings, progress), threads=settings.threads)
+
+
+def fit(
+    study,
+    *,
+    profile=None,
+    map=None,
+    mask=None,
+    changes=None,
+    output=None,
+    pictures=None,
+    arrays=None,
+    force=False,
+    threads=None,
+    progress=None,
+) -> Result:
+    """Finds the equivalent aberration terms of a study and judges them.
+
+    study: a dict, or the path of a study file (JSON or JSONC).
+    profile, map, mask: an aberfit.Profile, an aberfit.Map and a matrix in place of the files that the study
+        names; the `file` of the study is then only a name.
+    changes: values to set in the study first, {"/json/pointer": value}.
+    output: a folder for the files that the program writes; absent: nothing is written.
+    pictures: "auto", "svg", "png", "pdf" or "none". arrays: "npz", "csv", "fits" or "none".
+    force: replaces files in the folder that are no results.
+    threads: absent: all that the process may use. The result does not depend on it.
+    progress: called with a line of text now and then, e.g. `print`.
+
+    Ctrl-C ends the fit with the best so far (`result.interrupted`). Raises InputError and ComputationError.
+    """
+    return _run(
+        "fit",
+        study,
+        profile=profile,
+        map=map,
+        mask=mask,
+        changes=changes,
+        output=output,
+        pictures=pictures,
+        arrays=arrays,
+        force=force,
+        threads=threads,
+        progress=progress,
+    )
+
+
+def check(study, **options) -> Result:
+    """Says what the mean focus is and which model, terms, memory and time a study needs; fits nothing."""
+    return _run("check", study, **options)
+
+
+def verify(study, *, coefficients=None, **options) -> Result:
+    """Compares Harvey-Shack theory with random surfaces of terms, or with one surface, without a fit. Needs a
+    roughness. coefficients: as for `trace`."""
+    return _run("verify", study, coefficients=coefficients, **options)
+
+
+def trace(study, *, coefficients=None, **options) -> Result:
+    """Computes the statistics of one surface: `coefficients` (a Surface, or the path of a coefficients.csv),
+    or else the random surface of the study's seed."""
+    return _run("trace", study, coefficients=coefficients, **options)
+
+
+def psd(study, **options) -> Result:
+    """Estimates the PSD of the measurement that the study's roughness names, with a fitted model."""
+    return _run("psd", study, **options)
+
+
+def solve(study, **options) -> Result:
+    """Finds the roughness that meets the budgets of the study's block `solve`."""
+    return _run("solve", study, **options)
+
+
+def chart(study, *, seconds=60, **options) -> Result:
+    """Times models and fits on the study's scene for about `seconds`, each with its error."""
+    return _run("chart", study, seconds=seconds, **options)
+
+
+def sweep(study, **options):
+    """Runs the cases of the study's block `vary` one after the other: an iterator of (values, Result).
+
+    values: {"/json/pointer": value} of the case. Each case is a call of the command that `vary.run` names.
+    For thousands of cases the program's `aberfit sweep` is faster, and goes on where it was stopped.
+    """
+    commands = {"check": check, "trace": trace, "fit": fit, "solve": solve}
+    text = _study(study, options.pop("changes", None), study_data())
+    run, cases = _aberfit.sweep_cases(text)
+    for values in cases:
+        changes = {pointer: json.loads(value) for pointer, value in values}
+        yield changes, commands[run](study, changes=changes, **options)
+
+
+def schema(of="study") -> dict:
+    """The JSON Schema of the study format, or of "results"."""
+    return json.loads(_aberfit.results_schema() if of == "results" else _aberfit.study_schema())

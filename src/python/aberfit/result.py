@@ -1,0 +1,190 @@
+"""Results of the commands."""
+
+from __future__ import annotations
+
+import collections.abc
+import functools
+import json
+import os
+import types
+
+import numpy as np
+
+from . import _aberfit
+from .surface import Surface
+from .theory import Halo
+
+
+class Result(collections.abc.Mapping):
+    """The result of a command: a mapping with the names of result.json (`aberfit.schema("results")` explains
+    them), numbers in SI units. `print(result)` shows the table of the program, a notebook its report."""
+
+    def __init__(self, answer, threads=0):
+        self._answer = answer
+        self._threads = threads
+
+    # The mapping.
+    @functools.cached_property
+    def document(self) -> dict:
+        """The content of result.json."""
+        return json.loads(self._answer.json)
+
+    def __getitem__(self, key):
+        return self.document[key]
+
+    def __iter__(self):
+        return iter(self.document)
+
+    def __len__(self):
+        return len(self.document)
+
+    def __repr__(self):
+        return f"<aberfit {self['kind']}: {self.headline or 'no question asked'}>"
+
+    def __str__(self):
+        return self._answer.text(100)
+
+    def _repr_html_(self):
+        return self._answer.first_screen()
+
+    # The answer.
+    @property
+    def json(self) -> str:
+        """The bytes of result.json, as the program writes them."""
+        return self._answer.json
+
+    @property
+    def headline(self) -> str:
+        """The answer in a sentence; empty for commands that judge nothing."""
+        return self._answer.headline
+
+    @property
+    def exit_code(self) -> int:
+        """What the program would return: 0 done, and equivalent where judged; 1 not met; 4 interrupted."""
+        return self._answer.code
+
+    @property
+    def verdict(self) -> str | None:
+        """ "equivalent", "different" or "undecided"; None for commands that judge nothing."""
+        return self.document.get("equivalence", self.document).get("verdict")
+
+    @property
+    def interrupted(self) -> bool:
+        """Ctrl-C ended the run; this is the best so far."""
+        return self._answer.code == 4
+
+    @property
+    def warnings(self) -> dict:
+        """Warnings of the result, {code: message}."""
+        return {warning["code"]: warning["message"] for warning in self.document.get("warnings", [])}
+
+    # Arrays.
+    @functools.cached_property
+    def surface(self) -> Surface | None:
+        """The fitted terms as a Surface; None for commands without terms."""
+        found = self.document.get("coefficients")
+        if not found:
+            return None
+        return Surface(
+            zernike={(t["n"], t["m"]): t["value_m"] for t in found["zernike"]},
+            fourier=[(t["fx_per_m"], t["fy_per_m"], t["cos_m"], t["sin_m"]) for t in found["fourier"]],
+            spherical={int(power[1:].rstrip("_m")): value for power, value in found["spherical"].items()},
+            radius=found["radius_m"],
+        )
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """Values of the terms [m], in the order of coefficients.csv."""
+        return self.surface.coefficients
+
+    @functools.cached_property
+    def _focus(self):
+        return self._answer.focus()
+
+    def _need_focus(self):
+        if self._focus is None:
+            raise _aberfit.ComputationError(f"aberfit {self['kind']} has no focus to show")
+        return self._focus
+
+    @property
+    def theory(self) -> types.SimpleNamespace | None:
+        """The mean focus of theory as arrays, see `focus`; None without roughness."""
+        found = self._need_focus().get("theory")
+        return types.SimpleNamespace(**found) if found else None
+
+    @property
+    def focus(self) -> types.SimpleNamespace | None:
+        """The focus of the surface as arrays, without copies; computed when first asked for.
+
+        encircled_energy: fraction of the energy (planes x radii), at `plane` and `radius`.
+        ring_profile: mean irradiance between neighbouring radii [1/m^2] (planes x rings).
+        psf: mean irradiance of a pixel at best focus [1/m^2] (y x x), at `pixel`; its sum times the area of a
+            pixel is the fraction of the energy inside the frame.
+        otf (by wave optics): complex, `otf_step` apart [cycles/m]; mtf (of theory): at `frequency`.
+        """
+        found = self._need_focus().get("surface")
+        return types.SimpleNamespace(**found) if found else None
+
+    @property
+    def plane(self) -> np.ndarray:
+        """Defocus of the planes of `focus` [m]."""
+        return self._need_focus()["plane"]
+
+    @property
+    def radius(self) -> np.ndarray:
+        """Radii of the encircled energies of `focus` [m]."""
+        return self._need_focus()["radius"]
+
+    @property
+    def pixel(self) -> np.ndarray:
+        """Centres of the pixels of `focus.psf`, along x and along y [m]."""
+        return self._need_focus()["pixel"]
+
+    @property
+    def frequency(self) -> np.ndarray:
+        """Frequencies of `theory.mtf` [cycles/m]."""
+        return self._need_focus()["frequency"]
+
+    @property
+    def halo(self) -> Halo | None:
+        """The scatter of the roughness that is no term, on the pixels of `focus.psf`, which has it already.
+        None where the terms have all of it."""
+        found = self._need_focus().get("halo")
+        return Halo(*found, float(self.pixel[1] - self.pixel[0])) if found else None
+
+    @property
+    def psf(self) -> np.ndarray:
+        """`focus.psf`: irradiance of the surface's spot [1/m^2]; of theory for commands without a surface."""
+        return (self.focus or self.theory).psf
+
+    # Files.
+    def save(self, folder, *, pictures=None, arrays=None, force=False):
+        """Writes the files that the program writes: result.json, report.html, tables and pictures."""
+        from .commands import _settings
+
+        self._answer.save(
+            _settings(
+                folder, pictures, arrays, force, self._threads, call=f"aberfit.{self['kind']} of Python"
+            )
+        )
+
+    def report(self, path):
+        """Writes report.html without pictures, one file, to `path`."""
+        text = self._answer.html()
+        with open(os.fspath(path), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def to_frame(self):
+        """The statistics as a pandas DataFrame, one row each."""
+        import pandas
+
+        found = self.document
+        rows = (
+            found.get("equivalence", {}).get("metrics") or found.get("statistics") or found.get("metrics")
+        )
+        if rows is None:
+            raise _aberfit.ComputationError(f"aberfit {self['kind']} has no table of statistics")
+        frame = (
+            pandas.DataFrame(rows) if isinstance(rows, list) else pandas.DataFrame.from_dict(rows, "index")
+        )
+        return frame.set_index("name") if "name" in frame else frame

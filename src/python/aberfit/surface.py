@@ -1,0 +1,202 @@
+"""Surfaces of aberration terms."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+
+import numpy as np
+
+from . import _aberfit
+
+
+class Surface:
+    """A surface of Zernike terms, plane waves and even powers over a disc. Heights are in m.
+
+    radius: normalisation radius [m].
+    zernike: {(n, m): a}, orthonormal on the disc (Noll: RMS of the term is |a|), m > 0 cosine, m < 0 sine.
+    noll, osa, fringe: the same as a sequence that starts at index 1, 0 and 1. Fringe terms are
+        peak-normalised.
+    fourier: rows (fx, fy, A, B): A cos + B sin of 2 pi (fx x + fy y), frequencies in cycles/m.
+    spherical: {power: height at the rim} for the even powers from 4 to 12.
+    """
+
+    def __init__(
+        self, *, radius, zernike=None, noll=None, osa=None, fringe=None, fourier=(), spherical=None
+    ):
+        terms = dict(zernike or {})
+        for values, first, mode in ((noll, 1, _aberfit.from_noll), (osa, 0, _aberfit.from_osa)):
+            for j, a in enumerate(values if values is not None else (), first):
+                terms[mode(j)] = terms.get(mode(j), 0.0) + a
+        for j, a in enumerate(fringe if fringe is not None else (), 1):
+            mode = _aberfit.from_fringe(j)
+            terms[mode] = terms.get(mode, 0.0) + a / _aberfit.zernike_norm(*mode)
+        waves = [[float(v) for v in row] for row in fourier]
+        if any(len(row) != 4 for row in waves):
+            raise _aberfit.InputError("fourier: found a row of another length, allowed rows (fx, fy, A, B)")
+        self._terms = _aberfit.TermSurface(
+            float(radius),
+            [[float(n), float(m), float(a)] for (n, m), a in terms.items()],
+            waves,
+            [[float(power), float(a)] for power, a in sorted((spherical or {}).items())],
+        )
+
+    @classmethod
+    def _of(cls, terms):
+        made = cls.__new__(cls)
+        made._terms = terms
+        return made
+
+    @classmethod
+    def read(cls, path, *, radius=None):
+        """Reads coefficients.csv, or a Zernike file of CODE V (ZFR or WFR), which needs `radius`."""
+        path = os.fspath(path)
+        with open(path, encoding="utf-8", errors="replace") as file:
+            ours = file.readline().startswith("# aberfit")
+        if ours or path.endswith(".csv"):
+            return cls._of(_aberfit.read_coefficients_csv(path))
+        if radius is None:
+            raise _aberfit.InputError(
+                f"{path}: found no radius, allowed radius=... [m] for a file of CODE V"
+            )
+        return cls(fringe=_aberfit.read_codev_zfr(path), radius=radius)
+
+    @property
+    def radius(self) -> float:
+        """Normalisation radius [m]."""
+        return self._terms.radius
+
+    @property
+    def zernike(self) -> dict:
+        """Zernike coefficients {(n, m): a} [m], orthonormal."""
+        return {(int(n), int(m)): a for n, m, a in self._terms.zernike}
+
+    @property
+    def fourier(self) -> np.ndarray:
+        """Plane waves, rows (fx, fy, A, B) in cycles/m and m."""
+        return np.array(self._terms.fourier).reshape(-1, 4)
+
+    @property
+    def spherical(self) -> dict:
+        """Even powers {power: height at the rim} [m]."""
+        return {int(power): a for power, a in self._terms.spherical}
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """All coefficients [m]: Zernikes, A and B of each wave, even powers."""
+        return np.concatenate(
+            [
+                np.array([a for _, _, a in self._terms.zernike]),
+                self.fourier[:, 2:].ravel(),
+                np.array([a for _, a in self._terms.spherical]),
+            ]
+        )
+
+    def __repr__(self):
+        return f"<aberfit.Surface of {self.coefficients.size} terms, radius {self.radius:g} m>"
+
+    # Values.
+    def _field(self, x, y):
+        x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        field = self._terms.field(np.ascontiguousarray(x).ravel(), np.ascontiguousarray(y).ravel())
+        return [part.reshape(x.shape) for part in field]
+
+    def heights(self, x, y) -> np.ndarray:
+        """Heights [m] at points x, y [m] of any shape."""
+        return self._field(x, y)[0]
+
+    def slopes(self, x, y) -> tuple:
+        """Slopes (dh/dx, dh/dy) at points x, y [m]."""
+        return tuple(self._field(x, y)[1:])
+
+    def grid(self, npix=257, *, width=None) -> tuple:
+        """(x, h): heights [m] at npix x npix pixel centres over a square of `width` [m], the diameter if
+        absent; row = y, NaN outside the disc."""
+        width = 2 * self.radius if width is None else width
+        x = (np.arange(npix) - 0.5 * (npix - 1)) * (width / npix)
+        inside = x[None, :] ** 2 + x[:, None] ** 2 <= self.radius**2
+        h = np.full((npix, npix), np.nan)
+        rows, columns = np.nonzero(inside)
+        h[rows, columns] = self.heights(x[columns], x[rows])
+        return x, h
+
+    def opd(self, npix=257, *, width=None) -> np.ndarray:
+        """Optical path difference [m] on such a grid, twice the height, 0 outside the disc: what `fits-opd`
+        writes. Its sign is that of the surface. Programs that count a longer path as positive need -opd,
+        which turns the image by 180 degrees and leaves its energies as they are."""
+        return np.nan_to_num(2 * self.grid(npix, width=width)[1])
+
+    def rms(self, *, inner_radius=0.0) -> float:
+        """RMS height about the mean [m] over the disc, or over an annulus; exact."""
+        return self._terms.moments(inner_radius)[0]
+
+    def rms_slope(self, *, inner_radius=0.0) -> float:
+        """RMS slope per axis [rad]; exact."""
+        return self._terms.moments(inner_radius)[1]
+
+    def psd(self, f=None, *, npix=256) -> tuple:
+        """(f, S): two-sided PSD [m^4], averaged over directions.
+
+        Zernike terms alone: the closed form over the whole disc, at the frequencies f [cycles/m]. With other
+        terms: the estimate of a measured map on the square inside the disc, at its own frequencies.
+        """
+        if self.fourier.size or self.spherical:
+            if f is not None:
+                raise _aberfit.InputError(
+                    "psd: found f with plane waves or even powers, allowed no f: the "
+                    "estimate has its own frequencies"
+                )
+            low, high, values = self._terms.estimated(npix)
+            return np.sqrt(low * high), values
+        if f is None:
+            n = max((n for n, _ in self.zernike), default=1)
+            f = np.geomspace(0.25 / self.radius, 2 * (n + 1) / (2 * np.pi * self.radius), 100)
+        f = np.atleast_1d(np.asarray(f, dtype=float))
+        return f, self._terms.spectrum(f * (1 - 1e-4), f * (1 + 1e-4))
+
+    # Conventions and files.
+    def _indexed(self, index, first):
+        terms = self.zernike
+        places = {index(n, m): a for (n, m), a in terms.items()}
+        values = np.zeros(max(places, default=first - 1) - first + 1)
+        for j, a in places.items():
+            values[j - first] += a
+        return values
+
+    def to_noll(self) -> np.ndarray:
+        """Zernike coefficients [m] by Noll's index, from 1."""
+        return self._indexed(_aberfit.noll_index, 1)
+
+    def to_osa(self) -> np.ndarray:
+        """Zernike coefficients [m] by the OSA/ANSI index, from 0."""
+        return self._indexed(_aberfit.osa_index, 0)
+
+    def to_fringe(self) -> np.ndarray:
+        """Peak-normalised Zernike coefficients [m] by the Fringe index, from 1."""
+        values = self._indexed(_aberfit.fringe_index, 1)
+        norms = [_aberfit.zernike_norm(*_aberfit.from_fringe(j + 1)) for j in range(values.size)]
+        return values * np.array(norms)
+
+    @staticmethod
+    def formats() -> list:
+        """Names of the formats of `write`."""
+        return ["coefficients-csv", *_aberfit.export_names()]
+
+    def write(
+        self, path, format, *, wavelength=632.8e-9, npix=257, inner_radius=0.0, title=""
+    ) -> pathlib.Path:
+        """Writes the surface in a format of `formats()`. path: a file, or a folder for the usual name.
+        wavelength: [m], of formats that need one."""
+        if format not in self.formats():
+            raise _aberfit.InputError(
+                f'format: found "{format}", allowed one of {", ".join(self.formats())}'
+            )
+        if format == "coefficients-csv":
+            name, content = "coefficients.csv", self._terms.csv().encode()
+        else:
+            name, content = self._terms.exported(format, wavelength, npix, inner_radius, title)
+        path = pathlib.Path(path)
+        if path.is_dir():
+            path = path / name
+        path.write_bytes(content)
+        return path
