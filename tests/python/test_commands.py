@@ -1,6 +1,7 @@
 """The functions give what the program gives."""
 
 import json
+import os
 import re
 import threading
 
@@ -18,18 +19,35 @@ def timeless(text):
     return re.sub(r"\b[0-9.]+ (s|ms|MB)\b", r"T \1", CLOCK.sub(r"\1T", text))
 
 
+SCENES = ["terms", "few", "annulus", "band", "rays", "given"]
+BUDGETS = {
+    "rms": {"for": ["/roughness/psd/rms"], "so_that": {"strehl": ">= 0.8"}},
+    "two": {"for": ["/roughness/psd/rms", "/roughness/psd/f_max"], "so_that": {"strehl": ">= 0.8"}},
+    "edge": {"for": ["/roughness/psd/f_max"], "so_that": {"ee80_diameter": "<= 5 arcsec", "tis": "<= 0.3"}},
+    "sure": {"for": ["/roughness/psd/rms"], "so_that": {"ee80_radius": "<= 20 um"}, "confidence": 0.9},
+    "never": {"for": ["/roughness/psd/rms"], "so_that": {"ee80_radius": "<= 1 um"}},
+    "ceilings": {"ceilings": {"f_max": "100 /m"}, "so_that": {"strehl": ">= 0.8"}},
+}
+ESTIMATES = {
+    "plain": {},
+    "line": {"degree": 1},
+    "ellipse": {"detrend": "ellipse"},
+    "window": {"window": "welch"},
+    "family": {"family": "k-correlation"},
+    "cut": {"f_min": "5 /m", "f_max": "100 /m", "bins_per_decade": 8},
+}
 STUDIES = {
-    "fit": ["terms", "few", "annulus", "band", "rays", "given"],
-    "check": ["terms", "few", "annulus", "band", "rays", "given"],
-    "trace": ["terms", "few", "annulus", "band", "rays", "given"],
-    "verify": ["terms", "annulus"],
-    "solve": ["rms", "two"],
-    "psd": ["profile"],
+    "fit": SCENES,
+    "check": SCENES,
+    "trace": SCENES,
+    "verify": SCENES,
+    "solve": BUDGETS,
+    "psd": ESTIMATES,
 }
 
 
 def study_of(name, small):
-    study = json.loads(json.dumps(small))
+    study = {**json.loads(json.dumps(small)), "verify": {"draws": 16}}
     if name == "few":
         study["terms"] = {"zernike": {"n_max": 6}, "band": "all"}
     if name == "annulus":
@@ -40,26 +58,21 @@ def study_of(name, small):
         study["target"] = {"theory": "geometric", "statistics": {"ee50": {}, "ee80": {}}}
     if name == "given":
         study["target"] = {"statistics": {"ee80": {"value": "20 um"}}}
-    if name in ("terms", "annulus") and "verify" not in study:
-        study["verify"] = {"draws": 32}
-    if name == "rms":
-        study["solve"] = {"for": ["/roughness/psd/rms"], "so_that": {"strehl": ">= 0.8"}}
-    if name == "two":
-        study["solve"] = {
-            "for": ["/roughness/psd/rms", "/roughness/psd/f_max"],
-            "so_that": {"strehl": ">= 0.8"},
-        }
-    if name == "profile":
-        study["roughness"]["psd"] = {
-            "model": "measured",
-            "file": str(ROOT / "fits/measured-turning-lines/turned.txt"),
-            "of": "surface",
-            "quantity": "slope",
-        }
+    if name in BUDGETS:
+        study["solve"] = BUDGETS[name]
+    if name in ESTIMATES:
+        profile = ROOT / "fits/measured-turning-lines/turned.txt"
+        study["roughness"]["psd"] = {"model": "measured", "file": str(profile), **ESTIMATES[name]}
     return study
 
 
-@pytest.mark.parametrize("command, name", [(c, n) for c, names in STUDIES.items() for n in names])
+# Three studies of each command in the daily tests; all of them with ABERFIT_ALL set.
+CASES = [
+    (c, n) for c, names in STUDIES.items() for n in list(names)[: 6 if "ABERFIT_ALL" in os.environ else 3]
+]
+
+
+@pytest.mark.parametrize("command, name", CASES)
 def test_python_and_program_give_the_same_bytes(command, name, small, program, tmp_path):
     path = tmp_path / "study.json"
     path.write_text(json.dumps(study_of(name, small)))
@@ -144,6 +157,44 @@ def test_a_map_in_memory_is_like_its_file(small, program, tmp_path):
     found = aberfit.fit(study, map=aberfit.Map(height, pitch))
     for key in ("coefficients", "map", "scene"):
         assert json.dumps(found.document.get(key)) == json.dumps(printed.get(key)), key
+
+
+def fits_images(path):
+    """Images of doubles of a FITS file with their cards: a reader of its own."""
+    content, at, images = path.read_bytes(), 0, []
+    while at < len(content):
+        cards = {}
+        while "END" not in cards:
+            for k in range(at, at + 2880, 80):
+                card = content[k : k + 80].decode()
+                cards[card[:8].strip()] = card[10:].split("/")[0].strip(" '")
+            at += 2880
+        rows, columns = int(cards["NAXIS2"]), int(cards["NAXIS1"])
+        kind = {"-64": ">f8", "8": "u1", "16": ">i2"}[cards["BITPIX"]]
+        image = np.frombuffer(content, kind, rows * columns, at).reshape(rows, columns)
+        at += -(-image.nbytes // 2880) * 2880
+        images.append((cards, image))
+    return images
+
+
+def test_a_map_in_memory_is_like_its_fits_file(small, program, tmp_path):
+    surface = aberfit.Surface(radius=0.1, zernike={(2, 0): 40e-9, (3, 1): -25e-9, (7, -3): 8e-9})
+    file = surface.write(tmp_path, "fits-opd", npix=97)
+    (cards, path_difference), (_, mask) = fits_images(file)
+    height = np.where(mask != 0, 0.5 * path_difference.astype(float), np.nan)
+    study = {key: small[key] for key in ("aberfit", "mirror", "aperture", "light")}
+    study["target"] = {"map": {"file": "opd.fits", "origin": "grid"}}
+    study["terms"] = {"zernike": {"n_min": 0, "n_max": 8}}
+    path = tmp_path / "study.json"
+    path.write_text(json.dumps(study))
+    printed = json.loads(program("fit", path, "--json", "--quiet", "-o", "out", "--pictures", "none"))
+    found = aberfit.fit(path, map=aberfit.Map(height, float(cards["PIXELSCL"])))
+    for key in ("coefficients", "map", "scene"):
+        assert json.dumps(found.document.get(key)) == json.dumps(printed.get(key)), key
+    assert found.surface.zernike[(3, 1)] == pytest.approx(
+        -25e-9, abs=2e-11
+    )  # rows and columns are in place
+    assert found.surface.zernike[(7, -3)] == pytest.approx(8e-9, abs=2e-11)
 
 
 def test_a_profile_in_memory_is_like_its_file(program, tmp_path, small):
