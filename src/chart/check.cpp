@@ -140,8 +140,10 @@ CheckedCost checked_cost(const FitCase& of, const TermsSpec& asked) {
         cost.obstacle = "one iteration needs more memory than the machine has";
         return cost;
       }
+      of.context.stop_if_asked();
       of.context.say("check: one iteration");
       const FitStatus status = first.run(&cost);
+      of.context.stop_if_asked();
       if (cost.iteration_seconds && !cost.at_least) first.judge(&cost);
       if (!cost.iteration_seconds && (of.ground.use.model == FocusModel::kRays || coarsening < 1)) {
         cost.obstacle = status == FitStatus::kDegenerate

@@ -68,12 +68,37 @@ std::string text_of(const Json& content, const char* key) {
   return content[key];
 }
 
+// Braces and brackets inside each other, outside texts. The parser and the destructor of JSON recurse.
+int depth_of(const std::string& line) {
+  int depth = 0, deepest = 0;
+  bool in_text = false;
+  for (std::size_t k = 0; k < line.size(); ++k) {
+    const char c = line[k];
+    if (in_text && c == '\\') ++k;
+    if (c == '"') in_text = !in_text;
+    if (in_text) continue;
+    if (c == '{' || c == '[') deepest = std::max(deepest, ++depth);
+    if (c == '}' || c == ']') --depth;
+  }
+  return deepest;
+}
+
+// Throws InputError for a key that no request has.
+void require_known_keys(const Json& content) {
+  static const std::vector<std::string> kKeys = {"id", "method", "study", "file", "set", "output", "of"};
+  for (const auto& [key, value] : content.items())
+    if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end())
+      refuse("/" + key, "an unknown key", fmt::format("{}", fmt::join(kKeys, ", ")));
+}
+
 // The study of a request: a block `study`, or the path of a file; with the values of `set`.
 std::shared_ptr<const Study> study_of(const Json& content) {
   std::vector<std::string> changes;
+  if (content.contains("set") && !content["set"].is_object())
+    refuse("/set", content["set"].dump(), R"(an object, {"/json/pointer": value})");
   if (content.contains("set"))
     for (const auto& [pointer, value] : content["set"].items())
-      changes.push_back(pointer + "=" + (value.is_string() ? value.get<std::string>() : value.dump()));
+      changes.push_back(pointer + "=" + value.dump());
   if (content.contains("study"))
     return std::make_shared<const Study>(parse_study(content["study"].dump(), "request", changes));
   const std::string file = text_of(content, "file");
@@ -88,6 +113,7 @@ Json schema_of(const Json& content) {
 
 void run(Request& request, int threads, Answers* answers) {
   const Json& content = request.content;
+  require_known_keys(content);
   const std::string method = text_of(content, "method");
   const std::vector<std::string>& commands = study_command_names();
   if (method == "schema") return answers->send({{"id", request.id}, {"result", schema_of(content)}});
@@ -106,6 +132,9 @@ void run(Request& request, int threads, Answers* answers) {
     answers->send({{"id", request.id}, {"progress", line}});
   };
   const Answer found = answer(StudyCommand(command - commands.begin()), *study_of(content), options);
+  // These two write only arrays by themselves.
+  if ((method == "check" || method == "trace") && !options.output_directory.empty() && found.save)
+    found.save(options);
   answers->send({{"id", request.id},
                  {"exit_code", int(found.code)},
                  {"text", text_of(found.page)},
@@ -186,10 +215,13 @@ void serve(std::istream& in, std::ostream& out, int threads) {
   for (std::string line; std::getline(in, line);) {
     if (line.find_first_not_of(" \t\r") == line.npos) continue;
     auto request = std::make_shared<Request>();
-    request->content = Json::parse(line, nullptr, false);
+    constexpr int kDeepest = 64;  // levels, as in a study
+    if (depth_of(line) <= kDeepest) request->content = Json::parse(line, nullptr, false);
     if (!request->content.is_object()) {
       answers.fail(nullptr, "input",
-                   "request: found a line that is no JSON object, allowed one object a line");
+                   fmt::format("request: found a line that is no JSON object of at most {} levels; allowed: "
+                               "one object a line",
+                               kDeepest));
       continue;
     }
     request->id = request->content.value("id", Json());
@@ -197,8 +229,12 @@ void serve(std::istream& in, std::ostream& out, int threads) {
       requests.add(std::move(request));
       continue;
     }
-    const Json of = request->content.value("of", Json());
-    answers.send({{"id", request->id}, {"result", {{"cancelled", requests.cancel(of)}}}});
+    if (!request->content.contains("of"))
+      answers.fail(request->id, "input",
+                   "request: /of: found nothing; allowed: the id of the request to end");
+    else
+      answers.send(
+          {{"id", request->id}, {"result", {{"cancelled", requests.cancel(request->content["of"])}}}});
   }
   requests.close();
   worker.join();

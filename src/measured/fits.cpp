@@ -14,8 +14,8 @@
 
 #include "aberfit/core/units.h"
 #include "fits_layout.h"
-#include "map_reading.h"
 #include "gzip.h"
+#include "map_reading.h"
 
 namespace aberfit {
 using namespace internal;

@@ -1,10 +1,10 @@
 #include "hdf5_file.h"
 
-#include "is_4d_hdf5.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+
+#include "is_4d_hdf5.h"
 
 namespace aberfit::internal {
 namespace {

@@ -1,11 +1,10 @@
 #include "zip_archive.h"
 
-#include "gzip.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "gzip.h"
 #include "map_reading.h"
 
 namespace aberfit::internal {

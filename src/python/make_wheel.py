@@ -29,7 +29,8 @@ def main(package, version, output):
         raise SystemExit(f"{package} has no module _aberfit{suffix}; build the target aberfit_python first")
     files[f"{info}/METADATA"] = (
         f"Metadata-Version: 2.1\nName: aberfit\nVersion: {version}\n"
-        "Summary: Equivalent aberration terms of rough mirrors\nRequires-Python: >=3.9\nRequires-Dist: numpy\n"
+        "Summary: Equivalent aberration terms of rough mirrors\n"
+        "Requires-Python: >=3.9\nRequires-Dist: numpy\n"
     ).encode()
     files[f"{info}/WHEEL"] = (
         f"Wheel-Version: 1.0\nGenerator: aberfit\nRoot-Is-Purelib: false\nTag: {tag}\n"

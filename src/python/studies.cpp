@@ -151,7 +151,7 @@ PyAnswer run(const std::string& command, const StudyText& study, const Settings&
         Answer found = answer(which, study.read(), options);
         return PyAnswer{std::move(found), nullptr};
       },
-      progress);
+      progress, [](const PyAnswer& made) { return made.answer.code == ExitCode::kInterrupted; });
 }
 
 void save(const PyAnswer& self, const Settings& settings) {
@@ -213,6 +213,7 @@ void add_studies(py::module_& module) {
       .def("save", &save);
   module.def("run", &run, py::arg("command"), py::arg("study"), py::arg("settings"), py::arg("progress"));
   module.def("sweep_cases", &sweep_cases);
+  module.def("end_all", &Running::end_all, py::call_guard<py::gil_scoped_release>());
   module.def("study_schema", [] { return study_schema().dump(); });
   module.def("results_schema", [] { return results_schema().dump(); });
 }

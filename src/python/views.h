@@ -6,9 +6,11 @@
 
 namespace aberfit::internal {
 
-/// A read-only NumPy array over numbers that `owner` keeps alive; nothing is copied.
+/// A NumPy array over numbers that `owner` keeps alive; nothing is copied. Only a single owner may let it be
+/// written to.
 template <typename Derived>
-pybind11::array view(const Eigen::DenseBase<Derived>& numbers, std::shared_ptr<const void> owner) {
+pybind11::array view(const Eigen::DenseBase<Derived>& numbers, std::shared_ptr<const void> owner,
+                     bool writeable = false) {
   using Scalar = typename Derived::Scalar;
   const auto& plain = numbers.derived();
   constexpr pybind11::ssize_t kSize = sizeof(Scalar);
@@ -24,15 +26,15 @@ pybind11::array view(const Eigen::DenseBase<Derived>& numbers, std::shared_ptr<c
       is_vector ? std::vector<pybind11::ssize_t>{kSize}
                 : std::vector<pybind11::ssize_t>{kSize * plain.rowStride(), kSize * plain.colStride()};
   pybind11::array result(pybind11::dtype::of<Scalar>(), shape, strides, plain.data(), base);
-  result.attr("flags").attr("writeable") = false;
+  if (!writeable) result.attr("flags").attr("writeable") = false;
   return result;
 }
 
-/// A read-only NumPy array that owns `numbers`.
+/// A NumPy array that owns `numbers`.
 template <typename Plain>
 pybind11::array owned(Plain numbers) {
-  const auto kept = std::make_shared<const Plain>(std::move(numbers));
-  return view(*kept, kept);
+  const auto kept = std::make_shared<Plain>(std::move(numbers));
+  return view(*kept, kept, true);
 }
 
 }  // namespace aberfit::internal

@@ -75,6 +75,13 @@ TEST(Serve, SaysWhatIsWrongAndGoesOn) {
       "\n"
       R"({"id": "e", "method": "cancel", "of": 77})"
       "\n");
+  std::string deep = R"({"id": "f", "method": "check", "study": )";
+  for (int k = 0; k < 100000; ++k) deep += R"({"a":)";
+  deep += "1" + std::string(100001, '}') + "\n";
+  EXPECT_EQ(answers_to(deep + R"({"id": "g", "method": "cancel"})" + "\n" +
+                       R"({"id": "h", "method": "check", "bogus": 1})" + "\n")
+                .size(),
+            3u);
   ASSERT_EQ(answers.size(), 7u);
   std::map<std::string, ordered_json> by_id;
   int nameless = 0;

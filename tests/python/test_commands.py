@@ -283,6 +283,25 @@ def test_a_sweep_gives_each_case(small):
     assert [result["scene"]["rms_height_m"] for _, result in seen] == pytest.approx([10e-9, 20e-9])
 
 
+def test_a_sweep_keeps_changes_and_results_apart(small, tmp_path):
+    study = small | {"vary": {"over": {"/roughness/psd/rms": ["10 nm", "20 nm"]}, "run": "trace"}}
+    seen = list(
+        aberfit.sweep(study, changes={"/mirror/focal_length": "5 m", "/title": "5"}, output=tmp_path)
+    )
+    assert all(result["study"]["mirror"]["focal_length"] == 5.0 for _, result in seen)
+    assert [(tmp_path / folder / "result.json").exists() for folder in ("0001", "0002")] == [True, True]
+
+
+def test_check_writes_where_it_is_told(small, tmp_path):
+    aberfit.check(small, output=tmp_path / "out")
+    assert (tmp_path / "out" / "report.html").exists()
+    with pytest.raises(aberfit.InputError):
+        aberfit.check(small).save(None)
+    with pytest.raises(aberfit.InputError):
+        aberfit.check(small, threads=-1)
+    assert aberfit.check(small).coefficients is None
+
+
 def test_results_show_themselves(small, tmp_path):
     result = aberfit.fit(small)
     assert "ee80" in str(result) and result.headline in str(result).replace("\n", " ")

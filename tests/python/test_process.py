@@ -62,6 +62,39 @@ def test_ctrl_c_ends_with_the_best_so_far(small, tmp_path):
         assert words[1] == "True" and "Ctrl-C" in done.stdout
 
 
+def test_the_process_may_end_while_a_fit_runs(small):
+    code = textwrap.dedent(
+        """
+        import json, sys, threading, time
+        import aberfit
+        study = json.loads(sys.argv[1])
+        threading.Thread(target=lambda: aberfit.fit(study), daemon=True).start()
+        time.sleep(0.3)
+    """
+    )
+    slow = small | {"terms": {"zernike": {"n_max": 60}}, "target": {}}
+    done = subprocess.run([sys.executable, "-c", code, json.dumps(slow)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_ctrl_c_ends_a_loop_of_checks(small):
+    code = textwrap.dedent(
+        """
+        import json, os, signal, sys, threading
+        import aberfit
+        study = json.loads(sys.argv[1])
+        threading.Timer(0.4, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        try:
+            for _ in range(10000):
+                aberfit.check(study)
+        except KeyboardInterrupt:
+            print("ended")
+    """
+    )
+    done = subprocess.run([sys.executable, "-c", code, json.dumps(small)], capture_output=True, text=True)
+    assert done.stdout.strip() == "ended", done.stderr
+
+
 def test_overhead_is_small(small, monkeypatch):
     # The whole function with the compiled command replaced by its answer, and with what a user reads of it.
     from aberfit import _aberfit

@@ -96,5 +96,21 @@ def test_a_surface_is_traced(small, tmp_path):
 def test_refuses_what_cannot_be():
     with pytest.raises(ValueError):
         aberfit.Surface(radius=R, zernike={(2, 1): 1e-9})
-    with pytest.raises(aberfit.InputError, match="allowed"):
-        aberfit.Surface(radius=R).write("x", "stl")
+    surface = aberfit.Surface(radius=R, zernike={(2, 0): 1e-9})
+    for call in (
+        lambda: surface.write("x", "stl"),
+        lambda: surface.rms(inner_radius=R),
+        lambda: surface.grid(0),
+        lambda: surface.psd(-1.0),
+        lambda: aberfit.Surface(radius=-1),
+        lambda: aberfit.Surface(radius=R, zernike={(10**12, 0): 1e-9}),
+        lambda: aberfit.Surface(radius=R, zernike={(2, 0): float("nan")}),
+        lambda: aberfit.Surface(radius=R, spherical={2: 1e-9}),
+    ):
+        with pytest.raises(aberfit.InputError, match="allowed"):
+            call()
+    with pytest.raises(TypeError):
+        aberfit.Surface(radius=R, zernike={(2.5, 0.5): 1e-9})
+    assert surface.psd(0.0)[1][0] >= 0
+    height = surface.heights([0.0, 0.1], 0.0)
+    height[0] = 0.0  # it is the caller's

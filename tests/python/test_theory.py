@@ -80,3 +80,31 @@ def test_a_study_may_stand_for_the_scene(small):
     assert light.study is small and 0 < light.tis < 1
     with pytest.raises(aberfit.InputError):
         aberfit.ghs({k: v for k, v in small.items() if k != "roughness"})
+
+
+def test_refuses_what_has_no_meaning_and_keeps_what_is_unknown():
+    light, psd = aberfit.ghs(**SCENE, psd=BLOCK), aberfit.Psd(**BLOCK)
+    for call in (
+        lambda: light.psf(1e-6, 0),
+        lambda: light.psf(0, 8),
+        lambda: light.psf(float("nan"), 8),
+        lambda: light.halo(1e-6, -3),
+        lambda: light.halo(1e-6, 8, f_min=5, f_max=2),
+        lambda: light.encircled_energy(-1e-5),
+        lambda: light.irradiance(float("inf")),
+        lambda: psd.rms(5, 2),
+        lambda: aberfit.Psd(model="gaussian", rms=float("nan"), correlation_length=1),
+        lambda: aberfit.ghs(**SCENE, psd=object()),
+    ):
+        with pytest.raises(aberfit.InputError):
+            call()
+    assert np.isnan(light.encircled_energy(np.nan)) and np.isnan(psd([1.0, np.nan])).tolist() == [
+        False,
+        True,
+    ]
+    assert isinstance(psd(3.0), float) and isinstance(light.encircled_energy(1e-5), float)
+    assert light.otf(-1e3) == light.otf(1e3)
+    # The example of the docstring, with numbers of NumPy.
+    assert aberfit.Psd(
+        model="k-correlation", rms="20 nm", correlation_length=np.float32(0.2), exponent=2.5, f_max="1 /mm"
+    ).rms() == pytest.approx(20e-9)

@@ -19,6 +19,9 @@ Quantities are texts with a unit or plain numbers in SI units; arrays are in SI 
 those of the surface, not of the wavefront, positive towards the incoming light.
 """
 
+import atexit as _atexit
+
+from . import _aberfit
 from ._aberfit import ComputationError, InputError, __version__
 from .commands import chart, check, fit, psd, schema, solve, sweep, trace, verify
 from .data import Map, Profile
@@ -49,3 +52,5 @@ __all__ = [
     "trace",
     "verify",
 ]
+
+_atexit.register(_aberfit.end_all)  # work on other threads ends before the interpreter does

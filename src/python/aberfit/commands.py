@@ -6,6 +6,7 @@ import json
 import os
 
 from . import _aberfit
+from .checks import json_text, refuse
 from .data import study_data
 from .result import Result
 from .surface import Surface
@@ -13,13 +14,12 @@ from .surface import Surface
 
 def _study(study, changes, data):
     """A dict or a path as the compiled part takes it."""
-    changes = [
-        f"{pointer}={value if isinstance(value, str) else json.dumps(value)}"
-        for pointer, value in (changes or {}).items()
-    ]
+    if changes is not None and not hasattr(changes, "items"):
+        refuse("changes", repr(changes), '{"/json/pointer": value}')
+    changes = [f"{pointer}={json_text(value, pointer)}" for pointer, value in (changes or {}).items()]
     if isinstance(study, (str, os.PathLike)):
         return _aberfit.StudyText("", os.fspath(study), changes, data)
-    return _aberfit.StudyText(json.dumps(study), "study", changes, data)
+    return _aberfit.StudyText(json_text(study, "study"), "study", changes, data)
 
 
 def _settings(output=None, pictures=None, arrays=None, force=False, threads=None, call=""):
@@ -28,6 +28,8 @@ def _settings(output=None, pictures=None, arrays=None, force=False, threads=None
     settings.pictures = pictures or ""
     settings.arrays = arrays or ""
     settings.force = force
+    if threads is not None and (not isinstance(threads, int) or threads < 1):
+        refuse("threads", threads, "a whole number from 1 on, or None for all")
     settings.threads = threads or 0
     settings.call = call
     return settings
@@ -45,7 +47,15 @@ def _run(command, study, *, profile=None, map=None, mask=None, changes=None, pro
     elif coefficients is not None:
         settings.coefficients = os.fspath(coefficients)
     text = _study(study, changes, study_data(profile, map, mask))
-    return Result(_aberfit.run(command, text, settings, progress), threads=settings.threads)
+    # By themselves these two write only arrays.
+    folder, late = settings.output, command in ("check", "trace") and settings.output
+    if late:
+        settings.output = ""
+    surface = coefficients if isinstance(coefficients, Surface) else None
+    result = Result(_aberfit.run(command, text, settings, progress), settings.threads, surface)
+    if late:
+        result.save(folder, arrays=settings.arrays, force=settings.force)
+    return result
 
 
 def fit(
@@ -124,20 +134,27 @@ def chart(study, *, seconds=60, **options) -> Result:
     return _run("chart", study, seconds=seconds, **options)
 
 
-def sweep(study, **options):
+def sweep(study, *, changes=None, output=None, **options):
     """Runs the cases of the study's block `vary` one after the other: an iterator of (values, Result).
 
-    values: {"/json/pointer": value} of the case. Each case is a call of the command that `vary.run` names.
-    For thousands of cases the program's `aberfit sweep` is faster, and goes on where it was stopped.
+    values: {"/json/pointer": value} of the case. Each case is a call of the command that `vary.run` names,
+    whose other arguments it takes. output: each case writes to a folder of its own there, 0001 and so on. For
+    thousands of cases the program's `aberfit sweep` is faster, and goes on where it was stopped.
     """
+    given = study_data(*(options.get(key) for key in ("profile", "map", "mask")))
     commands = {"check": check, "trace": trace, "fit": fit, "solve": solve}
-    text = _study(study, options.pop("changes", None), study_data())
-    run, cases = _aberfit.sweep_cases(text)
-    for values in cases:
-        changes = {pointer: json.loads(value) for pointer, value in values}
-        yield changes, commands[run](study, changes=changes, **options)
+    run, cases = _aberfit.sweep_cases(_study(study, changes, given))
+    for number, values in enumerate(cases, 1):
+        values = {pointer: json.loads(value) for pointer, value in values}
+        folder = None if output is None else os.path.join(os.fspath(output), f"{number:04}")
+        result = commands[run](study, changes={**(changes or {}), **values}, output=folder, **options)
+        if result.interrupted:
+            raise KeyboardInterrupt
+        yield values, result
 
 
 def schema(of="study") -> dict:
-    """The JSON Schema of the study format, or of "results"."""
+    """The JSON Schema of the "study" format, or of "results"."""
+    if of not in ("study", "results"):
+        refuse("of", repr(of), '"study" or "results"')
     return json.loads(_aberfit.results_schema() if of == "results" else _aberfit.study_schema())

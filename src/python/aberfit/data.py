@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from . import _aberfit
+from .checks import refuse
 
 
 @dataclasses.dataclass
@@ -15,7 +16,11 @@ class Map:
 
     height: (rows, columns) [m], of the surface; row 0 at the lowest y; NaN where nothing was measured.
     pitch: distance of neighbours [m], one number or (pitch_x, pitch_y).
-    origin: position (x, y) of row 0, column 0 [m]; absent: the axis is in the middle of the grid.
+    origin: position (x, y) of row 0, column 0 [m]; absent: the axis is in the middle of the grid. A study
+        uses it with `"origin": "file"` in `target.map`; by default the axis is at the centre of the valid
+        points.
+
+    `of`, `value_unit`, `pitch`, `scale` and `invalid` of the study apply to it, as to a file without units.
     """
 
     height: np.ndarray
@@ -37,11 +42,12 @@ class Profile:
 
 
 def _matrix(values, what):
-    matrix = np.asarray(values, dtype=float)
+    matrix = np.asarray(values)
+    if np.iscomplexobj(matrix):
+        refuse(what, "complex numbers", "real ones")
+    matrix = matrix.astype(float)
     if matrix.ndim != 2 or matrix.size == 0:
-        raise _aberfit.InputError(
-            f"{what}: found an array of shape {matrix.shape}, allowed rows and columns"
-        )
+        refuse(what, f"an array of shape {matrix.shape}", "rows and columns")
     return matrix
 
 
@@ -62,14 +68,13 @@ def study_data(profile=None, map=None, mask=None):
             raise TypeError("profile is an aberfit.Profile(x, value)")
         x, value = (np.asarray(a, dtype=float).ravel() for a in (profile.x, profile.value))
         if x.size != value.size or x.size < 2 or not np.all(np.diff(x) > 0):
-            raise _aberfit.InputError(
-                "profile: found positions that do not ascend or another number of values, "
-                "allowed ascending positions with one value each"
+            refuse(
+                "profile",
+                "other positions or another number of values",
+                "ascending positions, one value each",
             )
         if profile.quantity not in ("height", "slope"):
-            raise _aberfit.InputError(
-                f'profile.quantity: found "{profile.quantity}", allowed "height" or "slope"'
-            )
+            refuse("profile.quantity", repr(profile.quantity), '"height" or "slope"')
         data.put_profile(x, value, profile.quantity == "slope")
     if mask is not None:
         data.put_mask(_matrix(mask, "mask"))

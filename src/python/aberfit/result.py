@@ -11,6 +11,7 @@ import types
 import numpy as np
 
 from . import _aberfit
+from .checks import refuse
 from .surface import Surface
 from .theory import Halo
 
@@ -19,9 +20,10 @@ class Result(collections.abc.Mapping):
     """The result of a command: a mapping with the names of result.json (`aberfit.schema("results")` explains
     them), numbers in SI units. `print(result)` shows the table of the program, a notebook its report."""
 
-    def __init__(self, answer, threads=0):
+    def __init__(self, answer, threads=0, surface=None):
         self._answer = answer
         self._threads = threads
+        self._traced = surface
 
     # The mapping.
     @functools.cached_property
@@ -39,7 +41,7 @@ class Result(collections.abc.Mapping):
         return len(self.document)
 
     def __repr__(self):
-        return f"<aberfit {self['kind']}: {self.headline or 'no question asked'}>"
+        return f"<aberfit {self['kind']}{': ' if self.headline else ''}{self.headline}>"
 
     def __str__(self):
         return self._answer.text(100)
@@ -81,10 +83,10 @@ class Result(collections.abc.Mapping):
     # Arrays.
     @functools.cached_property
     def surface(self) -> Surface | None:
-        """The fitted terms as a Surface; None for commands without terms."""
+        """The fitted terms, or the Surface that was traced; None for commands without one."""
         found = self.document.get("coefficients")
         if not found:
-            return None
+            return self._traced
         return Surface(
             zernike={(t["n"], t["m"]): t["value_m"] for t in found["zernike"]},
             fourier=[(t["fx_per_m"], t["fy_per_m"], t["cos_m"], t["sin_m"]) for t in found["fourier"]],
@@ -93,9 +95,9 @@ class Result(collections.abc.Mapping):
         )
 
     @property
-    def coefficients(self) -> np.ndarray:
-        """Values of the terms [m], in the order of coefficients.csv."""
-        return self.surface.coefficients
+    def coefficients(self) -> np.ndarray | None:
+        """Values of the terms [m], in the order of coefficients.csv; None without a surface."""
+        return self.surface.coefficients if self.surface else None
 
     @functools.cached_property
     def _focus(self):
@@ -160,13 +162,12 @@ class Result(collections.abc.Mapping):
     # Files.
     def save(self, folder, *, pictures=None, arrays=None, force=False):
         """Writes the files that the program writes: result.json, report.html, tables and pictures."""
+        if not folder:
+            refuse("folder", repr(folder), "the name of a folder")
         from .commands import _settings
 
-        self._answer.save(
-            _settings(
-                folder, pictures, arrays, force, self._threads, call=f"aberfit.{self['kind']} of Python"
-            )
-        )
+        call = f"aberfit.{self['kind']} of Python"
+        self._answer.save(_settings(folder, pictures, arrays, force, self._threads or None, call))
 
     def report(self, path):
         """Writes report.html without pictures, one file, to `path`."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import pathlib
 
 import numpy as np
 
 from . import _aberfit
+from .checks import pixels, positive, refuse
 
 
 class Surface:
@@ -31,15 +33,24 @@ class Surface:
         for j, a in enumerate(fringe if fringe is not None else (), 1):
             mode = _aberfit.from_fringe(j)
             terms[mode] = terms.get(mode, 0.0) + a / _aberfit.zernike_norm(*mode)
+        positive("radius", radius)
+        modes = []
+        for (n, m), a in terms.items():
+            n, m = operator.index(n), operator.index(m)
+            if not 0 <= n <= 300 or abs(m) > n or (n - m) % 2:
+                refuse("zernike", f"({n}, {m})", "n from 0 to 300, |m| <= n, n - m even")
+            modes.append([float(n), float(m), float(a)])
         waves = [[float(v) for v in row] for row in fourier]
         if any(len(row) != 4 for row in waves):
-            raise _aberfit.InputError("fourier: found a row of another length, allowed rows (fx, fy, A, B)")
-        self._terms = _aberfit.TermSurface(
-            float(radius),
-            [[float(n), float(m), float(a)] for (n, m), a in terms.items()],
-            waves,
-            [[float(power), float(a)] for power, a in sorted((spherical or {}).items())],
-        )
+            refuse("fourier", "a row of another length", "rows (fx, fy, A, B)")
+        powers = [
+            [float(operator.index(power)), float(a)] for power, a in sorted((spherical or {}).items())
+        ]
+        if any(power not in (4, 6, 8, 10, 12) for power, _ in powers):
+            refuse("spherical", list(spherical), "powers 4, 6, 8, 10 and 12")
+        if not all(np.all(np.isfinite(row)) for row in modes + waves + powers):
+            refuse("coefficients", "NaN or infinity", "finite numbers")
+        self._terms = _aberfit.TermSurface(float(radius), modes, waves, powers)
 
     @classmethod
     def _of(cls, terms):
@@ -56,9 +67,7 @@ class Surface:
         if ours or path.endswith(".csv"):
             return cls._of(_aberfit.read_coefficients_csv(path))
         if radius is None:
-            raise _aberfit.InputError(
-                f"{path}: found no radius, allowed radius=... [m] for a file of CODE V"
-            )
+            refuse("radius", "none", f"radius=... [m] for {path}, a file of CODE V")
         return cls(fringe=_aberfit.read_codev_zfr(path), radius=radius)
 
     @property
@@ -102,7 +111,7 @@ class Surface:
         return [part.reshape(x.shape) for part in field]
 
     def heights(self, x, y) -> np.ndarray:
-        """Heights [m] at points x, y [m] of any shape."""
+        """Heights [m] at points x, y [m] of any shape. Outside the disc Zernike terms grow quickly."""
         return self._field(x, y)[0]
 
     def slopes(self, x, y) -> tuple:
@@ -112,7 +121,8 @@ class Surface:
     def grid(self, npix=257, *, width=None) -> tuple:
         """(x, h): heights [m] at npix x npix pixel centres over a square of `width` [m], the diameter if
         absent; row = y, NaN outside the disc."""
-        width = 2 * self.radius if width is None else width
+        pixels("npix", npix, 8193)
+        width = 2 * self.radius if width is None else positive("width", width)
         x = (np.arange(npix) - 0.5 * (npix - 1)) * (width / npix)
         inside = x[None, :] ** 2 + x[:, None] ** 2 <= self.radius**2
         h = np.full((npix, npix), np.nan)
@@ -128,11 +138,11 @@ class Surface:
 
     def rms(self, *, inner_radius=0.0) -> float:
         """RMS height about the mean [m] over the disc, or over an annulus; exact."""
-        return self._terms.moments(inner_radius)[0]
+        return self._terms.moments(self._inside(inner_radius))[0]
 
     def rms_slope(self, *, inner_radius=0.0) -> float:
         """RMS slope per axis [rad]; exact."""
-        return self._terms.moments(inner_radius)[1]
+        return self._terms.moments(self._inside(inner_radius))[1]
 
     def psd(self, f=None, *, npix=256) -> tuple:
         """(f, S): two-sided PSD [m^4], averaged over directions.
@@ -142,9 +152,8 @@ class Surface:
         """
         if self.fourier.size or self.spherical:
             if f is not None:
-                raise _aberfit.InputError(
-                    "psd: found f with plane waves or even powers, allowed no f: the "
-                    "estimate has its own frequencies"
+                refuse(
+                    "psd", "f with plane waves or even powers", "no f: the estimate has its own frequencies"
                 )
             low, high, values = self._terms.estimated(npix)
             return np.sqrt(low * high), values
@@ -152,7 +161,16 @@ class Surface:
             n = max((n for n, _ in self.zernike), default=1)
             f = np.geomspace(0.25 / self.radius, 2 * (n + 1) / (2 * np.pi * self.radius), 100)
         f = np.atleast_1d(np.asarray(f, dtype=float))
-        return f, self._terms.spectrum(f * (1 - 1e-4), f * (1 + 1e-4))
+        if f.ndim != 1 or not np.all(np.isfinite(f)) or np.any(f < 0):
+            refuse(
+                "f", "another shape, NaN, infinity or a negative number", "a list of frequencies from 0 on"
+            )
+        return f, self._terms.spectrum(f * (1 - 1e-4), np.maximum(f * (1 + 1e-4), 1e-6 / self.radius))
+
+    def _inside(self, inner_radius):
+        if not 0 <= inner_radius < self.radius:
+            refuse("inner_radius", inner_radius, f"from 0 to the radius, {self.radius:g} m")
+        return float(inner_radius)
 
     # Conventions and files.
     def _indexed(self, index, first):
@@ -188,13 +206,13 @@ class Surface:
         """Writes the surface in a format of `formats()`. path: a file, or a folder for the usual name.
         wavelength: [m], of formats that need one."""
         if format not in self.formats():
-            raise _aberfit.InputError(
-                f'format: found "{format}", allowed one of {", ".join(self.formats())}'
-            )
+            refuse("format", repr(format), ", ".join(self.formats()))
         if format == "coefficients-csv":
             name, content = "coefficients.csv", self._terms.csv().encode()
         else:
-            name, content = self._terms.exported(format, wavelength, npix, inner_radius, title)
+            name, content = self._terms.exported(
+                format, wavelength, npix, self._inside(inner_radius), title
+            )
         path = pathlib.Path(path)
         if path.is_dir():
             path = path / name

@@ -7,6 +7,7 @@ import json
 import numpy as np
 
 from . import _aberfit
+from .checks import band, json_text, pixels, points, positive, refuse, shaped
 
 _SCENE = {
     "aberfit": 1,
@@ -23,29 +24,24 @@ def psd_models() -> dict:
     return {block["model"]["const"]: [key for key in block if key != "model"] for block in blocks}
 
 
-def _array(values):
-    values = np.asarray(values, dtype=float)
-    return values.shape, np.ascontiguousarray(values).ravel()
-
-
 class Psd:
     """An isotropic two-dimensional, two-sided PSD of surface heights, S(f) [m^4] over f [cycles/m].
 
     Arguments are those of a block `roughness.psd`, e.g. Psd(model="k-correlation", rms="20 nm",
-    correlation_length="0.2 m", exponent=2.5); `psd_models()` lists them.
+    correlation_length="0.2 m", exponent=2.5, f_max="1 /mm"); `psd_models()` lists them.
     """
 
     def __init__(self, **block):
         self.block = block
-        self._psd = _aberfit.RadialPsd(json.dumps({**_SCENE, "roughness": {"psd": block}}))
+        self._psd = _aberfit.RadialPsd(json_text({**_SCENE, "roughness": {"psd": block}}, "psd"))
 
     def __repr__(self):
         return f"Psd({', '.join(f'{key}={value!r}' for key, value in self.block.items())})"
 
     def __call__(self, f):
         """S(f) [m^4], 0 outside the band."""
-        shape, points = _array(f)
-        return self._psd(points).reshape(shape)
+        shape, at = points("f", f)
+        return shaped(self._psd(at), shape, at)
 
     @property
     def band(self) -> tuple:
@@ -54,21 +50,21 @@ class Psd:
 
     def rms(self, f_min=0.0, f_max=np.inf) -> float:
         """RMS height in a band [m]."""
-        return self._psd.rms(f_min, f_max)[0]
+        return self._psd.rms(*band(f_min, f_max))[0]
 
     def rms_slope(self, f_min=0.0, f_max=np.inf) -> float:
         """RMS slope per axis in a band [rad]."""
-        return self._psd.rms(f_min, f_max)[1]
+        return self._psd.rms(*band(f_min, f_max))[1]
 
     def autocorrelation(self, r):
         """C(r) [m^2] at distances r [m]."""
-        shape, points = _array(r)
-        return self._psd.autocorrelation(points).reshape(shape)
+        shape, at = points("r", r)
+        return shaped(self._psd.autocorrelation(at), shape, at)
 
     def structure_function(self, r):
         """2 (C(0) - C(r)) [m^2] at distances r [m]."""
-        shape, points = _array(r)
-        return 2 * self._psd.structure_function(points).reshape(shape)
+        shape, at = points("r", r)
+        return shaped(2 * self._psd.structure_function(at), shape, at)
 
 
 class Halo:
@@ -92,7 +88,7 @@ class Halo:
         """The kernel with the core in the middle: one convolution gives the PSF with its scatter. Needs an
         odd number of pixels."""
         if self.kernel.shape[0] % 2 == 0:
-            raise _aberfit.InputError("halo.whole: found an even number of pixels, allowed an odd one")
+            refuse("halo.whole", "an even number of pixels", "an odd one")
         whole = self.kernel.copy()
         whole.flags.writeable = True
         middle = self.kernel.shape[0] // 2
@@ -105,7 +101,10 @@ class MeanLight:
 
     def __init__(self, study):
         self.study = study
-        self._light = _aberfit.MeanLight(json.dumps(study))
+        self._light = _aberfit.MeanLight(json_text(study, "study"))
+
+    def __repr__(self):
+        return f"<aberfit.MeanLight: g {self.g:.4g}, TIS {100 * self.tis:.4g} %>"
 
     @property
     def g(self) -> float:
@@ -117,43 +116,45 @@ class MeanLight:
         """Fraction of the energy that is scattered, 1 - exp(-g^2)."""
         return self._light.tis
 
-    def _at(self, function, points, *more):
-        shape, points = _array(points)
-        return function(points, *more).reshape(shape)
+    def _at(self, what, function, values, *more):
+        shape, at = points(what, values)
+        return shaped(function(at, *more), shape, at)
 
     def encircled_energy(self, radius, dz=0.0):
         """Fraction of the energy within radii [m] in the plane dz [m] behind the focus."""
-        return self._at(self._light.encircled_energy, radius, dz)
+        return self._at("radius", self._light.encircled_energy, radius, dz)
 
     def encircled_energy_radius(self, fraction, dz=0.0):
         """Radii [m] that hold fractions of the energy."""
-        return self._at(self._light.encircled_energy_radius, fraction, dz)
+        return self._at("fraction", self._light.encircled_energy_radius, fraction, dz)
 
     def irradiance(self, radius, dz=0.0):
         """Mean irradiance at radii [m], for a total energy of 1 [1/m^2]."""
-        return self._at(self._light.irradiance, radius, dz)
+        return self._at("radius", self._light.irradiance, radius, dz)
 
     def psf(self, pixel, npix, dz=0.0):
         """Fraction of the energy per pixel of an image of npix x npix pixels of `pixel` [m] (y x x)."""
-        return self._light.image(dz, 0.5 * pixel * npix, npix)
+        npix = pixels("npix", npix, 4097)
+        return self._light.image(dz, 0.5 * positive("pixel", pixel) * npix, npix)
 
     def otf(self, frequency):
         """Transfer function in the focus at frequencies [cycles/m] of the image: its real part, averaged over
         directions."""
-        return self._at(self._light.transfer, frequency)
+        return self._at("frequency", self._light.transfer, np.abs(frequency))
 
     def bsdf(self, theta, *, f_min=0.0, f_max=np.inf):
         """BSDF [1/sr] of the roughness in a band at angles [rad] from the specular direction."""
-        return self._at(self._light.bsdf, theta, f_min, f_max)
+        return self._at("theta", self._light.bsdf, theta, *band(f_min, f_max))
 
     def scattered_within(self, theta, *, f_min=0.0, f_max=np.inf):
         """Fraction of the energy scattered to within angles [rad] of the specular direction."""
-        return self._at(self._light.scattered_within, theta, f_min, f_max)
+        return self._at("theta", self._light.scattered_within, theta, *band(f_min, f_max))
 
     def halo(self, pixel, npix, *, f_min=0.0, f_max=np.inf) -> Halo:
         """The scatter of the roughness in a band as a kernel of npix x npix pixels of `pixel` [m] in the
         focus. With f_min the cut of a fit, it is the scatter that the terms leave."""
-        found = self._light.halo_kernel(pixel, npix, f_min, f_max)
+        npix = pixels("npix", npix, 4097)
+        found = self._light.halo_kernel(positive("pixel", pixel), npix, *band(f_min, f_max))
         return Halo(found.fraction, found.core, found.halo, found.beyond, pixel)
 
 
