@@ -18,10 +18,10 @@ const std::vector<std::string>& study_command_names() {
 
 namespace {
 
-Answer made_answer(StudyCommand command, const Study& study, const RunOptions& options) {
+Answer made_answer(StudyCommand command, const SharedStudy& study, const RunOptions& options) {
   switch (command) {
     case StudyCommand::kFit:
-      return study.map ? answer_map_fit(study, options) : answer_fit(study, options);
+      return study->map ? answer_map_fit(study, options) : answer_fit(study, options);
     case StudyCommand::kCheck:
       return answer_check(study, options);
     case StudyCommand::kVerify:
@@ -29,7 +29,7 @@ Answer made_answer(StudyCommand command, const Study& study, const RunOptions& o
     case StudyCommand::kTrace:
       return answer_trace(study, options);
     case StudyCommand::kPsd:
-      return answer_psd(measured_psd_of(study), study.title, options, &study);
+      return answer_psd(measured_psd_of(*study), study->title, options, study.get());
     case StudyCommand::kSolve:
       return answer_solve(study, options);
     case StudyCommand::kChart:
@@ -38,24 +38,29 @@ Answer made_answer(StudyCommand command, const Study& study, const RunOptions& o
   return {};
 }
 
+// These commands by themselves write arrays, and nothing without any.
+bool writes_arrays_alone(StudyCommand command) {
+  return command == StudyCommand::kCheck || command == StudyCommand::kTrace;
+}
+
 }  // namespace
 
-Answer answer(StudyCommand command, const Study& study, const RunOptions& options) {
-  Answer made = made_answer(command, study, options);
-  made.asked = std::make_shared<const nlohmann::ordered_json>(typed_study(study));
+Answer answer(StudyCommand command, const Study& given, const RunOptions& options) {
+  const auto study = std::make_shared<const Study>(completed(given));
+  RunOptions how = options;
+  how.measure_iteration = command == StudyCommand::kCheck;
+  Answer made = made_answer(command, study, how);
+  made.asked = [study] { return typed_study(*study); };
+  if (writes_arrays_alone(command) && !options.output_directory.empty() &&
+      wanted_arrays(*study, options) == ArrayFormat::kNone)
+    made.save(options);
   return made;
 }
 
 namespace internal {
 
-Answer make_answer(ExitCode code, nlohmann::ordered_json document, Page page,
-                   std::function<FocusArrays()> arrays, std::function<void(const RunOptions&)> save) {
-  return {code, std::make_shared<const nlohmann::ordered_json>(std::move(document)), std::move(page),
-          std::move(arrays), std::move(save)};
-}
-
 ExitCode show(const CommandLine& line, const Answer& answer, bool has_files) {
-  print(line, *answer.document, answer.page);
+  print(line, answer.document, answer.page);
   if (has_files) say_where(line);
   return answer.code;
 }
@@ -66,15 +71,14 @@ ExitCode study_command(CommandLine line, StudyCommand command) {
   const Study study = read_study(line.study_file, line.changes);
   ProgressLine progress(!line.quiet);
   RunOptions options = run_options(line, &progress);
-  options.measure_iteration = command == StudyCommand::kCheck;
   bool has_files = true;
-  if (command == StudyCommand::kCheck || command == StudyCommand::kTrace) {
+  if (writes_arrays_alone(command)) {
     has_files = wanted_arrays(study, options) != ArrayFormat::kNone;
     choose_arrays_directory(study, options, name, &line);
   } else {
     choose_output_directory(&line, name);
   }
-  options.output_directory = line.output_directory;
+  if (has_files) options.output_directory = line.output_directory;
   const Answer found = answer(command, study, options);
   progress.clear();
   return show(line, found, has_files);

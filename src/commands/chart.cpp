@@ -48,15 +48,9 @@ Chart run_chart(const Study& given, const RunOptions& options) {
   return chart;
 }
 
-Answer internal::answer_chart(const Study& study, const RunOptions& options) {
-  const Chart chart = run_chart(study, options);
-  const auto save = [study = completed(study), chart](const RunOptions& there) {
-    ResultFolder folder(there.output_directory, claim_of_chart(study, there));
-    Chart written = chart;
-    write(study, there, &folder, &written);
-  };
-  return make_answer(ExitCode::kDone, to_json(chart, resolved_study(study), provenance_of(study, options)),
-                     page_of(chart), {}, save);
+Answer internal::answer_chart(const SharedStudy& study, const RunOptions& options) {
+  const Chart chart = run_chart(*study, options);
+  return answer_of(chart, ExitCode::kDone, study, options, claim_of_chart, write);
 }
 
 ExitCode chart_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kChart); }

@@ -31,40 +31,49 @@ void look_at_theory(const Study& study, const std::vector<double>& planes, int t
   look(array_input(study, ground, theory.get(), nullptr, planes));
 }
 
-// Writes the report and the arrays of theory.
+std::vector<double> planes_of_report(const CheckReport& report) {
+  return planes_of(statistics_of(report.fitted));
+}
+std::vector<double> planes_of_report(const MapCheckReport&) { return {}; }
+
+ResultClaim claim_of_check(const Study& study, const RunOptions& options) {
+  return claim_of_arrays("check", options, wanted_arrays(study, options));
+}
+
+// Writes the report and the arrays of theory, if there shall be any.
 template <typename Report>
-void write_theory(const Study& study, const RunOptions& options, ArrayFormat format,
-                  const std::vector<double>& planes, ResultFolder& folder, Report* report) {
-  if (format != ArrayFormat::kNone)
-    look_at_theory(study, planes, context_of(options).threads, [&](const ArrayInput& focus) {
-      write_arrays(focus, format, folder.path(), &report->warnings);
-    });
-  write_result(folder.path(), options,
+void write_check(const Study& study, const RunOptions& options, ResultFolder* folder, Report* report) {
+  if (!folder->wanted()) return;
+  if (const ArrayFormat format = wanted_arrays(study, options); format != ArrayFormat::kNone)
+    look_at_theory(
+        study, planes_of_report(*report), context_of(options).threads,
+        [&](const ArrayInput& focus) { write_arrays(focus, format, folder->path(), &report->warnings); });
+  write_result(folder->path(), options,
                {page_of(*report), to_json(*report, resolved_study(study), provenance_of(study, options)),
                 typed_study(study)});
-  folder.show();
+  folder->show();
+}
+
+// The folder of a check, which by itself writes only arrays.
+std::string folder_for_arrays(const Study& study, const RunOptions& options) {
+  return wanted_arrays(study, options) == ArrayFormat::kNone ? "" : options.output_directory;
 }
 
 }  // namespace
 
 CheckReport run_check(const Study& given, const RunOptions& options) {
   const Study study = completed(given);
-  const ArrayFormat format = wanted_arrays(study, options);
-  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory,
-                      claim_of_arrays("check", options, format));
+  ResultFolder folder(folder_for_arrays(study, options), claim_of_check(study, options));
   CheckReport report = with_fields_of(
       study, [&] { return make_check(study, context_of(options), options.measure_iteration); });
   report.title = study.title;
-  if (folder.wanted())
-    write_theory(study, options, format, planes_of(statistics_of(report.fitted)), folder, &report);
+  write_check(study, options, &folder, &report);
   return report;
 }
 
 MapCheckReport run_map_check(const Study& given, const RunOptions& options) {
   const Study study = completed(given);
-  const ArrayFormat format = wanted_arrays(study, options);
-  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory,
-                      claim_of_arrays("check", options, format));
+  ResultFolder folder(folder_for_arrays(study, options), claim_of_check(study, options));
   const LoadedMap loaded = load_map(study);
   const TermSet terms = with_fields_of(study, [&] { return map_terms(study); });
   MapCheckReport report = make_map_check(loaded.map, terms);
@@ -75,33 +84,26 @@ MapCheckReport run_map_check(const Study& given, const RunOptions& options) {
       return lay_out_part(study, terms, part_band(study, terms, loaded.map), context_of(options).threads)
           .ground.shares;
     });
-  if (folder.wanted()) write_theory(study, options, format, {}, folder, &report);
+  write_check(study, options, &folder, &report);
   return report;
 }
 
-Answer internal::answer_check(const Study& study, const RunOptions& options) {
-  const auto of = [&](const auto& report, const std::vector<double>& planes) {
-    const auto arrays = [study = completed(study), planes, threads = context_of(options).threads] {
+Answer internal::answer_check(const SharedStudy& study, const RunOptions& options) {
+  const auto of = [&](const auto& report) {
+    using Report = std::decay_t<decltype(report)>;
+    Answer answer = answer_of(report, ExitCode::kDone, study, options, claim_of_check, write_check<Report>);
+    answer.arrays = [study, planes = planes_of_report(report), threads = context_of(options).threads] {
       std::optional<FocusArrays> result;
-      look_at_theory(study, planes, threads, [&](const ArrayInput& focus) {
+      look_at_theory(*study, planes, threads, [&](const ArrayInput& focus) {
         if (!focus.theory)
           throw ComputationError("the study has no roughness, so there is no theory to show");
         result = make_focus_arrays(focus);
       });
       return *result;
     };
-    const auto save = [study = completed(study), planes, report](const RunOptions& there) {
-      const ArrayFormat format = wanted_arrays(study, there);
-      ResultFolder folder(there.output_directory, claim_of_arrays("check", there, format));
-      auto written = report;
-      write_theory(study, there, format, planes, folder, &written);
-    };
-    return make_answer(ExitCode::kDone, to_json(report, resolved_study(study), provenance_of(study, options)),
-                       page_of(report), arrays, save);
+    return answer;
   };
-  if (study.map) return of(run_map_check(study, options), {});
-  const CheckReport report = run_check(study, options);
-  return of(report, planes_of(statistics_of(report.fitted)));
+  return study->map ? of(run_map_check(*study, options)) : of(run_check(*study, options));
 }
 
 ExitCode check_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kCheck); }

@@ -27,12 +27,12 @@ namespace {
 
 // One pass through the method. It owns everything that its parts refer to.
 struct Run {
-  Run(std::shared_ptr<const Study> given, const PhysicsRequest& asked, const RunContext& how)
+  Run(SharedStudy given, const PhysicsRequest& asked, const RunContext& how)
       : study(std::move(given)),
         context(how),
         layout((context.say("targets"), lay_out(*study, asked, context.threads))),
         of{*study, layout.ground, layout.targets, context} {}
-  std::shared_ptr<const Study> study;
+  SharedStudy study;
   RunContext context;
   Layout layout;
   FitCase of;
@@ -49,7 +49,7 @@ bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
 // Repeats the whole fit by waves. The result by rays is kept if that is interrupted.
 Attempt fit_by_waves(Attempt by_rays, std::shared_ptr<const Run>* run) {
   const RunContext& context = (*run)->context;
-  const std::shared_ptr<const Study>& study = (*run)->study;
+  const SharedStudy& study = (*run)->study;
   context.say("rays are not enough; repeating with waves");
   try {
     auto waves =
@@ -80,8 +80,7 @@ ResultDocument document(const Study& study, FitOutcome outcome, const RunOptions
   return result;
 }
 
-FinishedFit fit_study(const Study& given, const RunOptions& options) {
-  const auto study = std::make_shared<const Study>(completed(given));
+FinishedFit fit_study(const SharedStudy& study, const RunOptions& options) {
   return with_fields_of(*study, [&] {
     require_analytic_normals(*study);
     if (study->map) throw FieldError("target.map", "a map as target", "statistics; run_map_fit is for maps");
@@ -109,7 +108,7 @@ RunContext context_of(const RunOptions& options) {
 }
 
 ResultDocument run_fit(const Study& study, const RunOptions& options) {
-  return fit_study(study, options).result;
+  return fit_study(std::make_shared<const Study>(completed(study)), options).result;
 }
 
 ExitCode internal::code_of_fit(const ResultDocument& result) {
@@ -122,7 +121,7 @@ ExitCode internal::code_of_fit(const ResultDocument& result) {
   return done ? ExitCode::kDone : ExitCode::kNotMet;
 }
 
-Answer internal::answer_fit(const Study& study, const RunOptions& options) {
+Answer internal::answer_fit(const SharedStudy& study, const RunOptions& options) {
   return answer_of(fit_study(study, options));
 }
 

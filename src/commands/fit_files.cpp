@@ -152,8 +152,8 @@ void write_fit(const RunOptions& given, ResultFolder* place, FinishedFit* fit) {
 Answer answer_of(FinishedFit finished) {
   const auto fit = std::make_shared<const FinishedFit>(std::move(finished));
   const ResultDocument& result = fit->result;
-  Answer answer = make_answer(code_of_fit(result), to_json(result, resolved(*fit->study, result)),
-                              page_of(result, false));
+  Answer answer{code_of_fit(result), page_of(result, false)};
+  answer.document = [fit] { return to_json(fit->result, resolved(*fit->study, fit->result)); };
   if (fit->failed()) return answer;
   answer.arrays = [fit] {
     std::optional<FocusArrays> arrays;

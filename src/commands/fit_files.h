@@ -1,10 +1,10 @@
 #pragma once
-#include "aberfit/commands/answer.h"
 #include "aberfit/commands/run.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/report/result.h"
 #include "aberfit/report/result_folder.h"
+#include "answers.h"
 
 namespace aberfit::internal {
 
@@ -13,7 +13,7 @@ ResultClaim claim_of_fit(const Study& study, const RunOptions& options);
 
 /// A fit with what its focus is computed from.
 struct FinishedFit {
-  std::shared_ptr<const Study> study;
+  SharedStudy study;
   ResultDocument result;
   Groundwork ground;
   /// Makes the pupil of the focus and its operators, or returns those of the fit.

@@ -71,8 +71,8 @@ ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const Run
 }
 
 // Describes the terms alone, because there is no specification to judge them by.
-FinishedFit unjudged_map(std::shared_ptr<const Study> study, const LoadedMap& loaded,
-                         const RunOptions& options, const RunContext& context) {
+FinishedFit unjudged_map(const SharedStudy& study, const LoadedMap& loaded, const RunOptions& options,
+                         const RunContext& context) {
   FinishedFit fit{study, fitted_map(*study, loaded, options, context), {}, {}};
   const FittedTerms& fitted = fit.result.fitted;
   if (fit.failed()) return fit;
@@ -90,7 +90,7 @@ FinishedFit unjudged_map(std::shared_ptr<const Study> study, const LoadedMap& lo
 
 // Judges a part against its specification by irradiance. The part is the terms of the map plus the rest as
 // scatter.
-FinishedFit judged_map(std::shared_ptr<const Study> study, const LoadedMap& loaded, const RunOptions& options,
+FinishedFit judged_map(const SharedStudy& study, const LoadedMap& loaded, const RunOptions& options,
                        const RunContext& context) {
   const TermSet terms = map_terms(*study);
   const PartBand band = part_band(*study, terms, loaded.map);
@@ -109,8 +109,7 @@ FinishedFit judged_map(std::shared_ptr<const Study> study, const LoadedMap& load
   return fit;
 }
 
-FinishedFit fit_map(const Study& given, const RunOptions& options) {
-  const auto study = std::make_shared<const Study>(completed(given));
+FinishedFit fit_map(const SharedStudy& study, const RunOptions& options) {
   require_analytic_normals(*study);
   ResultFolder folder(options.output_directory, claim_of_fit(*study, options));
   const RunContext context = context_of(options);
@@ -128,10 +127,10 @@ FinishedFit fit_map(const Study& given, const RunOptions& options) {
 }  // namespace
 
 ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
-  return fit_map(study, options).result;
+  return fit_map(std::make_shared<const Study>(completed(study)), options).result;
 }
 
-Answer internal::answer_map_fit(const Study& study, const RunOptions& options) {
+Answer internal::answer_map_fit(const SharedStudy& study, const RunOptions& options) {
   return answer_of(fit_map(study, options));
 }
 

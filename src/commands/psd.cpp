@@ -135,13 +135,15 @@ Answer answer_psd(const MeasuredPsd& measured, const std::string& title, const R
                   const Study* study) {
   const PsdReport report = run_psd(measured, title, options, study);
   const auto kept = study ? std::make_shared<const Study>(*study) : nullptr;
-  const auto save = [measured, report, kept](const RunOptions& there) {
+  Answer answer{measured.result.status == PsdFitStatus::kConverged ? ExitCode::kDone : ExitCode::kNotMet,
+                page_of(report, roughness_block(measured))};
+  answer.document = [=] { return psd_json(report, measured); };
+  answer.save = [=](const RunOptions& there) {
     ResultFolder folder(there.output_directory, claim_of_psd(there));
     PsdReport written = report;
     write(measured, there, kept.get(), &folder, &written);
   };
-  return make_answer(measured.result.status == PsdFitStatus::kConverged ? ExitCode::kDone : ExitCode::kNotMet,
-                     psd_json(report, measured), page_of(report, roughness_block(measured)), {}, save);
+  return answer;
 }
 
 ExitCode psd_command(CommandLine line) {

@@ -125,20 +125,16 @@ void run(Request& request, int threads, Answers* answers) {
   options.threads = threads;
   options.output_directory = text_of(content, "output");
   options.command_line = "aberfit serve: " + method;
-  options.measure_iteration = method == "check";
   options.interrupted = [&] { return request.cancelled.load(); };
   options.stopped_by = [] { return std::string("a request to cancel it"); };
   options.progress = [&](const std::string& line) {
     answers->send({{"id", request.id}, {"progress", line}});
   };
   const Answer found = answer(StudyCommand(command - commands.begin()), *study_of(content), options);
-  // These two write only arrays by themselves.
-  if ((method == "check" || method == "trace") && !options.output_directory.empty() && found.save)
-    found.save(options);
   answers->send({{"id", request.id},
                  {"exit_code", int(found.code)},
                  {"text", text_of(found.page)},
-                 {"result", *found.document}});
+                 {"result", found.document()}});
 }
 
 void run_or_fail(Request& request, int threads, Answers* answers) {

@@ -124,20 +124,6 @@ void write(const Study& study, const RunOptions& options, ResultFolder* folder, 
   folder->show();
 }
 
-// An answer that can be written later: `claim` are its files.
-template <typename Result>
-Answer solve_answer(const Result& result, bool found, const Study& study, const RunOptions& options,
-                    ResultClaim (*claim)(const Study&, const RunOptions&),
-                    void (*write)(const Study&, const RunOptions&, ResultFolder*, Result*)) {
-  const auto save = [study = completed(study), result, claim, write](const RunOptions& there) {
-    ResultFolder folder(there.output_directory, claim(study, there));
-    Result written = result;
-    write(study, there, &folder, &written);
-  };
-  return make_answer(found ? ExitCode::kDone : ExitCode::kNotMet, answer_json(result, study, options),
-                     page_of(result), {}, save);
-}
-
 }  // namespace
 
 std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
@@ -218,18 +204,19 @@ Ceilings run_ceilings(const Study& given, const RunOptions& options) {
   return ceilings;
 }
 
-Answer internal::answer_solve(const Study& study, const RunOptions& options) {
-  if (study.solve && study.solve->ceilings) {
-    const Ceilings ceilings = run_ceilings(study, options);
-    return solve_answer(ceilings, ceilings.reason.empty(), study, options, claim_of_ceilings, write);
+Answer internal::answer_solve(const SharedStudy& study, const RunOptions& options) {
+  const auto code = [](bool found) { return found ? ExitCode::kDone : ExitCode::kNotMet; };
+  if (study->solve && study->solve->ceilings) {
+    const Ceilings ceilings = run_ceilings(*study, options);
+    return answer_of(ceilings, code(ceilings.reason.empty()), study, options, claim_of_ceilings, write);
   }
-  if (study.solve && study.solve->focus) {
-    const PsdOfFocus found = run_psd_of_focus(study, options);
-    return solve_answer(found, found.status == PsdOfFocusStatus::kFitted, study, options, claim_of_focus,
-                        write_focus);
+  if (study->solve && study->solve->focus) {
+    const PsdOfFocus found = run_psd_of_focus(*study, options);
+    return answer_of(found, code(found.status == PsdOfFocusStatus::kFitted), study, options, claim_of_focus,
+                     write_focus);
   }
-  const Specification spec = run_solve(study, options);
-  return solve_answer(spec, spec.status == SolveStatus::kSolved, study, options, claim_of_solve, write);
+  const Specification spec = run_solve(*study, options);
+  return answer_of(spec, code(spec.status == SolveStatus::kSolved), study, options, claim_of_solve, write);
 }
 
 ExitCode solve_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kSolve); }

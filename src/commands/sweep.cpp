@@ -16,7 +16,6 @@
 #include "aberfit/report/documents.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/read_study.h"
-#include "answers.h"
 #include "case_work.h"
 #include "interrupt.h"
 #include "output_directory.h"
@@ -188,35 +187,28 @@ std::optional<SweepReport> run_sweep(const StudyCases& cases, const RunOptions& 
   }
 }
 
-std::optional<Answer> answer_sweep(const StudyCases& cases, const RunOptions& given,
-                                   const SweepOptions& sweep) {
-  std::atomic<bool> ended{false};  // true if stopped before all cases were handed out
-  RunOptions options = given;
-  options.interrupted = [&] {
-    const bool end = given.interrupted && given.interrupted();
-    if (end) ended = true;
-    return end;
-  };
-  const std::optional<SweepReport> report = run_sweep(cases, options, sweep);
-  if (!report) return std::nullopt;
-  const ExitCode code = ended && !report->is_complete() ? ExitCode::kInterrupted
-                        : report->failed() > 0          ? ExitCode::kNotMet
-                                                        : ExitCode::kDone;
-  return make_answer(code, sweep_json(*report, cases.study(), options), page_of(*report));
-}
-
 ExitCode sweep_command(CommandLine line) {
   const StudyCases cases = StudyCases::read(line.study_file, line.changes);
   choose_output_directory(&line, "sweep");
   ProgressLine progress(!line.quiet);
   const Interrupt interrupt;
   const TimeLimit limit(line.time_limit);
+  std::atomic<bool> ended{false};  // true if stopped before all cases were handed out
   RunOptions options = run_options(line, &progress);
-  options.interrupted = [&] { return interrupt.asked() || limit.over(); };
-  const std::optional<Answer> found =
-      answer_sweep(cases, options, {line.shard, line.gather_only, line.retry_failed});
+  options.interrupted = [&] {
+    const bool end = interrupt.asked() || limit.over();
+    if (end) ended = true;
+    return end;
+  };
+  const std::optional<SweepReport> report =
+      run_sweep(cases, options, {line.shard, line.gather_only, line.retry_failed});
   progress.clear();
-  return found ? show(line, *found, true) : ExitCode::kDone;
+  if (!report) return ExitCode::kDone;
+  print(
+      line, [&] { return sweep_json(*report, cases.study(), options); }, page_of(*report));
+  say_where(line);
+  if (ended && !report->is_complete()) return ExitCode::kInterrupted;
+  return report->failed() > 0 ? ExitCode::kNotMet : ExitCode::kDone;
 }
 
 }  // namespace aberfit

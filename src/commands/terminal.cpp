@@ -58,10 +58,11 @@ RunOptions run_options(const CommandLine& line, ProgressLine* progress) {
   return options;
 }
 
-void print(const CommandLine& line, const nlohmann::ordered_json& document, const Page& page) {
+void print(const CommandLine& line, const std::function<nlohmann::ordered_json()>& document,
+           const Page& page) {
   TextStyle style;
   if (isatty(STDOUT_FILENO) == 1) style = {std::size_t(text_width()), takes_colour(stdout)};
-  std::string text = line.json ? document.dump(2) : text_of(page, style);
+  std::string text = line.json ? document().dump(2) : text_of(page, style);
   if (!text.empty() && text.back() != '\n') text += '\n';
   // We flush before anything goes to standard error, which may be the same file. A full disk is an error.
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)

@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -32,8 +33,10 @@ class ProgressLine {
 /// The options of the command line, with progress on `progress`, which must outlive them.
 RunOptions run_options(const CommandLine& line, ProgressLine* progress);
 
-/// Prints the document if the command line asks for JSON, otherwise the page.
-void print(const CommandLine& line, const nlohmann::ordered_json& document, const Page& page);
+/// Prints the document if the command line asks for JSON, otherwise the page. The document is made only if
+/// asked for, because its provenance reads every input file.
+void print(const CommandLine& line, const std::function<nlohmann::ordered_json()>& document,
+           const Page& page);
 
 /// Says in which folder the results are, unless the command line asks for quiet.
 void say_where(const CommandLine& line);

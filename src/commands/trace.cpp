@@ -61,24 +61,28 @@ TraceReport run_trace(const Study& given, const RunOptions& options) {
   return trace_and_write(study, options, &folder);
 }
 
-Answer internal::answer_trace(const Study& study, const RunOptions& given) {
+Answer internal::answer_trace(const SharedStudy& study, const RunOptions& given) {
   RunOptions options = given;  // with the surface itself, as its file may be gone when arrays are asked for
-  if (const auto surface = given_surface(study, given))
+  if (const auto surface = given_surface(*study, given))
     options.surface = std::make_shared<const GivenSurface>(*surface);
-  const TraceReport report = run_trace(study, options);
-  const auto arrays = [study = completed(study), options] {
+  const TraceReport report = run_trace(*study, options);
+  RunOptions how;
+  how.threads = options.threads;
+  how.surface = options.surface;
+  Answer answer{ExitCode::kDone, page_of(report)};
+  answer.document = [=] { return to_json(report, resolved_study(*study), provenance_of(*study, how)); };
+  answer.arrays = [=] {
     std::optional<FocusArrays> result;
-    traced(study, options, [&](const ArrayInput& focus) { result = make_focus_arrays(focus); });
+    traced(*study, how, [&](const ArrayInput& focus) { result = make_focus_arrays(focus); });
     return *result;
   };
-  const auto save = [study = completed(study), surface = options.surface](const RunOptions& wanted) {
+  answer.save = [=](const RunOptions& wanted) {
     RunOptions there = wanted;
-    there.surface = surface;
-    ResultFolder folder(there.output_directory, claim_of_trace(study, there));
-    trace_and_write(study, there, &folder);
+    there.surface = how.surface;
+    ResultFolder folder(there.output_directory, claim_of_trace(*study, there));
+    trace_and_write(*study, there, &folder);
   };
-  return make_answer(ExitCode::kDone, to_json(report, resolved_study(study), provenance_of(study, options)),
-                     page_of(report), arrays, save);
+  return answer;
 }
 
 ExitCode trace_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kTrace); }

@@ -54,16 +54,10 @@ VerifyReport run_verify(const Study& given, const RunOptions& options) {
   return report;
 }
 
-Answer internal::answer_verify(const Study& study, const RunOptions& options) {
-  const VerifyReport report = run_verify(study, options);
-  const auto save = [study = completed(study), report](const RunOptions& there) {
-    ResultFolder folder(there.output_directory, claim_of_verify(study, there));
-    VerifyReport written = report;
-    write(study, there, &folder, &written);
-  };
-  return make_answer(report.verdict == Verdict::kEquivalent ? ExitCode::kDone : ExitCode::kNotMet,
-                     to_json(report, resolved_study(study), provenance_of(study, options)), page_of(report),
-                     {}, save);
+Answer internal::answer_verify(const SharedStudy& study, const RunOptions& options) {
+  const VerifyReport report = run_verify(*study, options);
+  return answer_of(report, report.verdict == Verdict::kEquivalent ? ExitCode::kDone : ExitCode::kNotMet,
+                   study, options, claim_of_verify, write);
 }
 
 ExitCode verify_command(CommandLine line) { return study_command(std::move(line), StudyCommand::kVerify); }

@@ -51,7 +51,7 @@ template <typename Result>
 Result in_background(const std::function<Result(Hooks&)>& work, const pybind11::object& progress,
                      const std::function<bool(const Result&)>& best_so_far = {});
 
-/// What the work of `in_background` is given. Its members may be called from any thread.
+/// The hooks that `in_background` gives its work. Their members may be called from any thread.
 class Hooks {
  public:
   void tell(const std::string& line) {
@@ -75,7 +75,7 @@ template <typename Result>
 Result in_background(const std::function<Result(Hooks&)>& work, const pybind11::object& progress,
                      const std::function<bool(const Result&)>& best_so_far) {
   namespace py = pybind11;
-  constexpr std::chrono::milliseconds kBetweenLooks{50};
+  constexpr std::chrono::milliseconds kBetweenLooks{50};  // people do not notice it
   Hooks hooks;
   std::optional<Result> result;
   std::exception_ptr problem, of_progress;

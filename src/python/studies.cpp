@@ -1,4 +1,5 @@
 // The commands: a study as text, and the data in memory that it names, give an answer.
+#include <fmt/ranges.h>
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
@@ -10,6 +11,7 @@
 #include "aberfit/commands/answer.h"
 #include "aberfit/report/documents.h"
 #include "aberfit/report/html_report.h"
+#include "aberfit/report/result.h"
 #include "aberfit/study/read_study.h"
 #include "background.h"
 #include "parts.h"
@@ -72,9 +74,7 @@ std::optional<Enum> chosen(const std::string& word, const std::vector<std::strin
   if (word.empty()) return std::nullopt;
   const auto found = std::find(names.begin(), names.end(), word);
   if (found == names.end()) {
-    std::string list;
-    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-    throw InputError("call", key, '"' + word + '"', "one of " + list);
+    throw InputError("call", key, '"' + word + '"', fmt::format("one of {}", fmt::join(names, ", ")));
   }
   return Enum(found - names.begin());
 }
@@ -96,14 +96,22 @@ RunOptions options_of(const Settings& settings) {
 // An answer, and its numbers once they have been asked for.
 struct PyAnswer {
   Answer answer;
+  nlohmann::ordered_json document;  // made at once, while the input files are what they were
   std::shared_ptr<const FocusArrays> arrays;
 
-  std::string json() const { return answer.document->dump(2) + "\n"; }
+  std::string json() const { return document.dump(2) + "\n"; }
   std::string text(std::size_t width) const { return text_of(answer.page, {width, false}); }
-  std::string first_screen() const {
-    return first_screen_of({answer.page, *answer.document, *answer.asked, {}, "", {}});
+  std::string first_screen() const { return shown(first_screen_of); }
+  std::string html() const {
+    return shown([](const HtmlReport& report) { return html_of(report); });
   }
-  std::string html() const { return html_of({answer.page, *answer.document, *answer.asked, {}, "", {}}); }
+
+ private:
+  template <typename Show>
+  std::string shown(const Show& show) const {
+    const nlohmann::ordered_json asked = answer.asked();
+    return show(HtmlReport{answer.page, document, asked, {}, "", {}});
+  }
 };
 
 py::dict light_of(const LightArrays& light, const std::shared_ptr<const FocusArrays>& owner) {
@@ -144,12 +152,12 @@ PyAnswer run(const std::string& command, const StudyText& study, const Settings&
   return in_background<PyAnswer>(
       [&](Hooks& hooks) {
         RunOptions options = options_of(settings);
-        options.measure_iteration = which == StudyCommand::kCheck;
         options.progress = [&](const std::string& line) { hooks.tell(line); };
         options.interrupted = [&] { return hooks.stopped(); };
         options.stopped_by = [] { return std::string("Ctrl-C"); };
-        Answer found = answer(which, study.read(), options);
-        return PyAnswer{std::move(found), nullptr};
+        PyAnswer made{answer(which, study.read(), options), {}, nullptr};
+        made.document = made.answer.document();
+        return made;
       },
       progress, [](const PyAnswer& made) { return made.answer.code == ExitCode::kInterrupted; });
 }
@@ -187,8 +195,7 @@ void add_studies(py::module_& module) {
       .def(py::init([](std::string text, std::string path, std::vector<std::string> changes, StudyData data) {
              return StudyText{std::move(text), std::move(path), std::move(changes), std::move(data)};
            }),
-           py::arg("text"), py::arg("path"), py::arg("changes"), py::arg("data"))
-      .def("resolved", [](const StudyText& self) { return resolved_study(self.read()).dump(); });
+           py::arg("text"), py::arg("path"), py::arg("changes"), py::arg("data"));
   py::class_<Settings>(module, "Settings")
       .def(py::init<>())
       .def_readwrite("threads", &Settings::threads)
@@ -213,6 +220,9 @@ void add_studies(py::module_& module) {
       .def("save", &save);
   module.def("run", &run, py::arg("command"), py::arg("study"), py::arg("settings"), py::arg("progress"));
   module.def("sweep_cases", &sweep_cases);
+  module.def("write_file", [](const std::string& path, const py::bytes& content) {
+    write_file(path, std::string(content));
+  });
   module.def("end_all", &Running::end_all, py::call_guard<py::gil_scoped_release>());
   module.def("study_schema", [] { return study_schema().dump(); });
   module.def("results_schema", [] { return results_schema().dump(); });

@@ -88,6 +88,7 @@ void add_psd(py::module_& module) {
 void add_theory(py::module_& module) {
   const auto unlocked = py::call_guard<py::gil_scoped_release>();
   add_psd(module);
+  module.attr("MOST_PIXELS") = kMostKernelPixels;
   py::class_<HaloKernel>(module, "HaloKernel")
       .def_property_readonly("fraction", [](const HaloKernel& self) { return owned(self.fraction); })
       .def_readonly("core", &HaloKernel::core)

@@ -49,7 +49,7 @@ TEST(Serve, GivesTheResultsOfTheCommandsInTheirOrder) {
   const auto answers = answers_to(request(1, "check") + "\n" + request(2, "solve") + request(3, "fit"));
   const Study study = parse_study(on_one_line(kStudy), "request");
   for (const auto& [id, command] : {std::pair{2, StudyCommand::kSolve}, {3, StudyCommand::kFit}}) {
-    ordered_json theirs = last_of(answers, id), ours = *answer(command, study, {}).document;
+    ordered_json theirs = last_of(answers, id), ours = answer(command, study, {}).document();
     ASSERT_TRUE(theirs.contains("result")) << theirs;
     for (const char* key : {"solutions", "coefficients", "headline"})
       EXPECT_EQ(theirs["result"].value(key, ordered_json()), ours.value(key, ordered_json())) << key;

@@ -5,9 +5,10 @@
 #include <string>
 
 #include "aberfit/core/output_formats.h"
-#include "aberfit/method/trace_surface.h"
 
 namespace aberfit {
+
+struct GivenSurface;
 
 struct RunOptions {
   int threads = 0;                                   ///< 0: all the process may use

@@ -21,6 +21,6 @@ struct HaloKernel {
 /// it: by the divergence theorem it is the flux of E(r) r/(2 pi r^2) through its edges, E the energy within
 /// r. Throws std::invalid_argument unless pixel > 0 and 1 <= pixels <= kMostKernelPixels.
 HaloKernel halo_kernel(const ScatterFunction& scatter, double pixel, int pixels);
-inline constexpr int kMostKernelPixels = 4097;
+inline constexpr int kMostKernelPixels = 4097;  ///< a kernel of 134 MB
 
 }  // namespace aberfit

@@ -47,15 +47,8 @@ def _run(command, study, *, profile=None, map=None, mask=None, changes=None, pro
     elif coefficients is not None:
         settings.coefficients = os.fspath(coefficients)
     text = _study(study, changes, study_data(profile, map, mask))
-    # By themselves these two write only arrays.
-    folder, late = settings.output, command in ("check", "trace") and settings.output
-    if late:
-        settings.output = ""
     surface = coefficients if isinstance(coefficients, Surface) else None
-    result = Result(_aberfit.run(command, text, settings, progress), settings.threads, surface)
-    if late:
-        result.save(folder, arrays=settings.arrays, force=settings.force)
-    return result
+    return Result(_aberfit.run(command, text, settings, progress), settings.threads, surface)
 
 
 def fit(

@@ -171,9 +171,7 @@ class Result(collections.abc.Mapping):
 
     def report(self, path):
         """Writes report.html without pictures, one file, to `path`."""
-        text = self._answer.html()
-        with open(os.fspath(path), "w", encoding="utf-8") as file:
-            file.write(text)
+        _aberfit.write_file(os.fspath(path), self._answer.html().encode())
 
     def to_frame(self):
         """The statistics as a pandas DataFrame, one row each."""

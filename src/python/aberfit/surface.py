@@ -216,5 +216,5 @@ class Surface:
         path = pathlib.Path(path)
         if path.is_dir():
             path = path / name
-        path.write_bytes(content)
+        _aberfit.write_file(str(path), content)
         return path

@@ -134,7 +134,7 @@ class MeanLight:
 
     def psf(self, pixel, npix, dz=0.0):
         """Fraction of the energy per pixel of an image of npix x npix pixels of `pixel` [m] (y x x)."""
-        npix = pixels("npix", npix, 4097)
+        npix = pixels("npix", npix, _aberfit.MOST_PIXELS)
         return self._light.image(dz, 0.5 * positive("pixel", pixel) * npix, npix)
 
     def otf(self, frequency):
@@ -153,7 +153,7 @@ class MeanLight:
     def halo(self, pixel, npix, *, f_min=0.0, f_max=np.inf) -> Halo:
         """The scatter of the roughness in a band as a kernel of npix x npix pixels of `pixel` [m] in the
         focus. With f_min the cut of a fit, it is the scatter that the terms leave."""
-        npix = pixels("npix", npix, 4097)
+        npix = pixels("npix", npix, _aberfit.MOST_PIXELS)
         found = self._light.halo_kernel(positive("pixel", pixel), npix, *band(f_min, f_max))
         return Halo(found.fraction, found.core, found.halo, found.beyond, pixel)
 
