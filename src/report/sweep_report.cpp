@@ -76,7 +76,7 @@ std::string typed_values(const SweepReport& report, std::size_t axis) {
   return text;
 }
 
-// Where each statistic is smallest and largest.
+// The cases in which each statistic is smallest and largest.
 void add_extremes(Page* page, const SweepReport& report, const std::vector<std::string>& labels) {
   for (const std::string& name : report.shown) {
     const std::size_t at = place_of(report, name);
@@ -96,7 +96,7 @@ void add_extremes(Page* page, const SweepReport& report, const std::vector<std::
   }
 }
 
-// What is computed for each case, in words.
+// The computation of each case, in words.
 std::string run_words(const std::string& run) {
   if (run == "check") return "theory without a fit (check)";
   if (run == "trace") return "the focus of one random surface (trace)";
