@@ -195,6 +195,7 @@
 // study: the study file.
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/measured_psd.h"
+#include "aberfit/study/parse_json.h"
 #include "aberfit/study/psd_numbers.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/study.h"

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <mutex>
@@ -18,6 +19,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
 #include "aberfit/report/documents.h"
+#include "aberfit/study/parse_json.h"
 #include "aberfit/study/read_study.h"
 
 namespace aberfit {
@@ -68,21 +70,6 @@ std::string text_of(const Json& content, const char* key) {
   return content[key];
 }
 
-// Braces and brackets inside each other, outside texts. The parser and the destructor of JSON recurse.
-int depth_of(const std::string& line) {
-  int depth = 0, deepest = 0;
-  bool in_text = false;
-  for (std::size_t k = 0; k < line.size(); ++k) {
-    const char c = line[k];
-    if (in_text && c == '\\') ++k;
-    if (c == '"') in_text = !in_text;
-    if (in_text) continue;
-    if (c == '{' || c == '[') deepest = std::max(deepest, ++depth);
-    if (c == '}' || c == ']') --depth;
-  }
-  return deepest;
-}
-
 // Throws InputError for a key that no request has.
 void require_known_keys(const Json& content) {
   static const std::vector<std::string> kKeys = {"id", "method", "study", "file", "set", "output", "of"};
@@ -108,7 +95,10 @@ std::shared_ptr<const Study> study_of(const Json& content) {
 }
 
 Json schema_of(const Json& content) {
-  return text_of(content, "of") == "results" ? results_schema() : study_schema();
+  const std::string of = text_of(content, "of");
+  if (!of.empty() && of != "study" && of != "results")
+    refuse("/of", '"' + of + '"', R"("study" or "results")");
+  return of == "results" ? results_schema() : study_schema();
 }
 
 void run(Request& request, int threads, Answers* answers) {
@@ -137,10 +127,10 @@ void run(Request& request, int threads, Answers* answers) {
                  {"result", found.document()}});
 }
 
-void run_or_fail(Request& request, int threads, Answers* answers) {
+// Does a part of the work for a request. What that throws becomes the answer.
+void answer_or_fail(const Request& request, Answers* answers, const std::function<void()>& work) {
   try {
-    if (request.cancelled) throw Interrupted("cancelled before it began");
-    run(request, threads, answers);
+    work();
   } catch (const InputError& error) {
     answers->fail(request.id, "input", error.what(),
                   {{"file", error.file()},
@@ -206,31 +196,24 @@ void serve(std::istream& in, std::ostream& out, int threads) {
   Answers answers(out);
   Requests requests;
   std::thread worker([&] {
-    while (const std::shared_ptr<Request> request = requests.next()) run_or_fail(*request, threads, &answers);
+    while (const std::shared_ptr<Request> request = requests.next())
+      answer_or_fail(*request, &answers, [&] {
+        if (request->cancelled) throw Interrupted("cancelled before it began");
+        run(*request, threads, &answers);
+      });
   });
   for (std::string line; std::getline(in, line);) {
-    if (line.find_first_not_of(" \t\r") == line.npos) continue;
-    auto request = std::make_shared<Request>();
-    constexpr int kDeepest = 64;  // levels, as in a study
-    if (depth_of(line) <= kDeepest) request->content = Json::parse(line, nullptr, false);
-    if (!request->content.is_object()) {
-      answers.fail(nullptr, "input",
-                   fmt::format("request: found a line that is no JSON object of at most {} levels; allowed: "
-                               "one object a line",
-                               kDeepest));
-      continue;
-    }
-    request->id = request->content.value("id", Json());
-    if (request->content.value("method", Json()) != "cancel") {
-      requests.add(std::move(request));
-      continue;
-    }
-    if (!request->content.contains("of"))
-      answers.fail(request->id, "input",
-                   "request: /of: found nothing; allowed: the id of the request to end");
-    else
+    if (trimmed(line).empty()) continue;
+    const auto request = std::make_shared<Request>();
+    answer_or_fail(*request, &answers, [&] {
+      request->content = parse_json(line, "request");
+      if (!request->content.is_object()) refuse("", "no object", "one JSON object a line");
+      request->id = request->content.value("id", Json());
+      if (text_of(request->content, "method") != "cancel") return requests.add(request);
+      if (!request->content.contains("of")) refuse("/of", kMissing, "the id of the request to end");
       answers.send(
           {{"id", request->id}, {"result", {{"cancelled", requests.cancel(request->content["of"])}}}});
+    });
   }
   requests.close();
   worker.join();

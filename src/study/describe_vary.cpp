@@ -5,8 +5,8 @@
 #include <set>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/study/parse_json.h"
 #include "describe.h"
-#include "parse_json.h"
 
 namespace aberfit {
 

@@ -1,15 +1,16 @@
-#include "parse_json.h"
+#include "aberfit/study/parse_json.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <vector>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
 
-namespace aberfit::internal {
+namespace aberfit {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -118,4 +119,4 @@ Json parse_json(const std::string& text, const std::string& path) {
   return Json::parse(text, nullptr, true, commented);
 }
 
-}  // namespace aberfit::internal
+}  // namespace aberfit

@@ -8,7 +8,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
-#include "parse_json.h"
+#include "aberfit/study/parse_json.h"
 #include "visitor.h"
 
 namespace aberfit::internal {

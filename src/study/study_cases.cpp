@@ -9,8 +9,8 @@
 #include "aberfit/core/content_hash.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
+#include "aberfit/study/parse_json.h"
 #include "aberfit/study/read_study.h"
-#include "parse_json.h"
 #include "study_changes.h"
 #include "study_of_json.h"
 

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "aberfit/core/errors.h"
-#include "parse_json.h"
+#include "aberfit/study/parse_json.h"
 
 namespace aberfit::internal {
 namespace {

@@ -74,7 +74,12 @@ TEST(Serve, SaysWhatIsWrongAndGoesOn) {
       R"({"id": "d", "method": "schema"})"
       "\n"
       R"({"id": "e", "method": "cancel", "of": 77})"
+      "\n"
+      R"({"id": "i", "method": "schema", "of": "nonsense"})"
       "\n");
+  const auto twice = answers_to(R"({"id": 1, "method": "check", "method": "fit"})");
+  ASSERT_EQ(twice.size(), 1u);
+  EXPECT_EQ(twice[0]["error"]["pointer"], "/method");
   std::string deep = R"({"id": "f", "method": "check", "study": )";
   for (int k = 0; k < 100000; ++k) deep += R"({"a":)";
   deep += "1" + std::string(100001, '}') + "\n";
@@ -82,7 +87,7 @@ TEST(Serve, SaysWhatIsWrongAndGoesOn) {
                        R"({"id": "h", "method": "check", "bogus": 1})" + "\n")
                 .size(),
             3u);
-  ASSERT_EQ(answers.size(), 7u);
+  ASSERT_EQ(answers.size(), 8u);
   std::map<std::string, ordered_json> by_id;
   int nameless = 0;
   for (const ordered_json& answer : answers)
@@ -97,6 +102,7 @@ TEST(Serve, SaysWhatIsWrongAndGoesOn) {
   EXPECT_EQ(by_id["c"]["error"]["pointer"], "/mirrors");
   EXPECT_TRUE(by_id["d"]["result"].contains("$defs"));
   EXPECT_EQ(by_id["e"]["result"]["cancelled"], false);
+  EXPECT_EQ(by_id["i"]["error"]["pointer"], "/of");
 }
 
 // The second request is cancelled while the first runs, and never begins.

@@ -1,8 +1,8 @@
 #pragma once
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
-namespace aberfit::internal {
+namespace aberfit {
 
 /// Parses `text` as JSON and keeps the order of its keys. Throws InputError for a syntax error (with line and
 /// column), for a key that occurs twice in one object (with its JSON pointer), for numbers beyond double and
@@ -13,4 +13,4 @@ nlohmann::ordered_json parse_json(const std::string& text, const std::string& pa
 /// `pointer` + "/" + key with ~ and / escaped (RFC 6901).
 std::string child_pointer(const std::string& pointer, const std::string& key);
 
-}  // namespace aberfit::internal
+}  // namespace aberfit
