@@ -341,8 +341,9 @@ TEST(FocusArrays, NpzHoldsThemAll) {
 }
 
 TEST(FocusArrays, NumpyLoadsTheNpz) {
-  if (std::system("python3 -c 'import numpy' > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "no python3 with numpy on this machine";
+  const std::string python = ABERFIT_PYTHON3;
+  if (std::system((python + " -c 'import numpy' > /dev/null 2>&1").c_str()) != 0)
+    GTEST_SKIP() << "no NumPy for " << python;
   const test::ScratchFolder folder;
   folder.write("arrays.npz", content_of(ArrayFormat::kNpz, "arrays.npz"));
   folder.write("look.py",
@@ -352,8 +353,8 @@ TEST(FocusArrays, NumpyLoadsTheNpz) {
                "  v = a[n]\n"
                "  assert v.dtype == numpy.float64 and v.flags.c_contiguous, n\n"
                "  print(n, v.ndim, v.size, repr(float(v.flat[v.size // 3])))\n");
-  ASSERT_EQ(std::system(("python3 '" + folder.file("look.py") + "' '" + folder.file("arrays.npz") + "' > '" +
-                         folder.file("seen.txt") + "'")
+  ASSERT_EQ(std::system((python + " '" + folder.file("look.py") + "' '" + folder.file("arrays.npz") +
+                         "' > '" + folder.file("seen.txt") + "'")
                             .c_str()),
             0);
   std::istringstream seen(test::read_file(folder.file("seen.txt")));
