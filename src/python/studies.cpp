@@ -100,7 +100,7 @@ struct PyAnswer {
   std::shared_ptr<const FocusArrays> arrays;
 
   std::string json() const { return document.dump(2) + "\n"; }
-  std::string text(std::size_t width) const { return text_of(answer.page, {width, false}); }
+  std::string text() const { return text_of(answer.page, {100, false}); }
   std::string first_screen() const { return shown(first_screen_of); }
   std::string html() const {
     return shown([](const HtmlReport& report) { return html_of(report); });
@@ -173,14 +173,11 @@ void save(const PyAnswer& self, const Settings& settings) {
       py::none());
 }
 
-// The command of a sweep, and what each of its cases changes.
-std::pair<std::string, std::vector<CaseValues>> sweep_cases(const StudyText& text) {
+// The command of a sweep, and its cases.
+std::pair<std::string, CasePlan> sweep_cases(const StudyText& text) {
   const Study study = text.read();
   if (!study.vary) throw InputError(text.path, "/vary", kMissing, "a sweep needs a block `vary`");
-  const CasePlan plan(*study.vary, study.fit.seed, study.path);
-  std::vector<CaseValues> cases;
-  for (std::size_t k = 0; k < plan.size(); ++k) cases.push_back(plan.at(k));
-  return {to_string(study.vary->run), cases};
+  return {to_string(study.vary->run), CasePlan(*study.vary, study.fit.seed, study.path)};
 }
 
 }  // namespace
@@ -209,11 +206,12 @@ void add_studies(py::module_& module) {
       .def("set_surface", [](Settings& self, const GivenSurface& surface) {
         self.surface = std::make_shared<const GivenSurface>(surface);
       });
+  py::class_<CasePlan>(module, "CasePlan").def("__len__", &CasePlan::size).def("at", &CasePlan::at);
   py::class_<PyAnswer>(module, "Answer")
       .def_property_readonly("json", &PyAnswer::json)
       .def_property_readonly("code", [](const PyAnswer& self) { return int(self.answer.code); })
       .def_property_readonly("headline", [](const PyAnswer& self) { return self.answer.page.headline; })
-      .def("text", &PyAnswer::text, py::arg("width") = 100)
+      .def("text", &PyAnswer::text)
       .def("first_screen", &PyAnswer::first_screen)
       .def("html", &PyAnswer::html)
       .def("focus", &focus_of, py::arg("progress") = py::none())

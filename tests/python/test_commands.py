@@ -1,7 +1,11 @@
 """The functions give what the program gives."""
 
+import concurrent.futures
+import inspect
 import json
+import multiprocessing
 import os
+import pickle
 import re
 import threading
 
@@ -310,5 +314,39 @@ def test_results_show_themselves(small, tmp_path):
     assert "<html" in (tmp_path / "page.html").read_text()
     assert result.verdict == result["equivalence"]["verdict"]
     assert dict(result) == result.document and "coefficients" in result
-    pandas = pytest.importorskip("pandas")
-    assert isinstance(result.to_frame(), pandas.DataFrame)
+    assert "threads" in inspect.signature(aberfit.check).parameters
+    assert list(inspect.signature(aberfit.trace).parameters)[:2] == ["study", "coefficients"]
+
+
+def test_tables_are_data_frames(small):
+    pytest.importorskip("pandas")
+    fitted, checked = aberfit.fit(small), aberfit.check(small)
+    metrics = fitted.to_frame()
+    assert list(metrics.index) == [row["name"] for row in fitted["equivalence"]["metrics"]]
+    assert metrics.loc["strehl", "target"] == fitted["target"]["strehl"]["value"]
+    assert checked.to_frame().loc["strehl", "value"] == checked["target"]["strehl"]["value"]
+    traced = aberfit.trace(small, coefficients=fitted.surface)
+    assert traced.to_frame().loc["strehl", "value"] == traced["statistics"]["strehl"]
+    goal = {"for": ["/roughness/psd/rms"], "so_that": {"strehl": ">= 0.8"}}
+    assert list(aberfit.solve(small | {"solve": goal}).to_frame().index) == ["strehl"]
+    x = np.linspace(0, 0.5, 1000)
+    measured = {"psd": {"model": "measured", "file": "scan", "of": "surface"}}
+    profile = aberfit.Profile(x, np.cumsum(np.random.default_rng(3).normal(size=x.size)) * 1e-10)
+    octaves = aberfit.psd(small | {"roughness": measured}, profile=profile)
+    assert octaves.to_frame()["data.rms_height_m"][0] == octaves["octaves"][0]["data"]["rms_height_m"]
+
+
+def test_results_and_surfaces_go_to_other_processes(small):
+    result = aberfit.fit(small)
+    with concurrent.futures.ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        there = pool.submit(aberfit.fit, small).result()
+        with pytest.raises(aberfit.InputError) as caught:
+            pool.submit(aberfit.fit, small | {"mirror": {}}).result()
+    assert caught.value.pointer == "/mirror/focal_length"
+    assert there["coefficients"] == result["coefficients"] and str(there) and there._repr_html_()
+    np.testing.assert_array_equal(there.focus.psf, result.focus.psf)
+    assert there.surface == result.surface != aberfit.Surface(radius=0.1, noll=[1e-9])
+    with pytest.raises(aberfit.InputError, match="where it was computed"):
+        there.save("out")
+    light = pickle.loads(pickle.dumps(aberfit.ghs(small)))
+    assert light.tis == aberfit.ghs(small).tis

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 
@@ -79,54 +80,58 @@ def fit(
 
     Ctrl-C ends the fit with the best so far (`result.interrupted`). Raises InputError and ComputationError.
     """
-    return _run(
-        "fit",
-        study,
-        profile=profile,
-        map=map,
-        mask=mask,
-        changes=changes,
-        output=output,
-        pictures=pictures,
-        arrays=arrays,
-        force=force,
-        threads=threads,
-        progress=progress,
-    )
+    arguments = locals()
+    return _run("fit", **arguments)
 
 
+def _takes_what_fit_takes(command):
+    """Shows the arguments of `fit` in help() in place of **options."""
+    own = inspect.signature(command)
+    names = {name: p for name, p in own.parameters.items() if p.kind is not p.VAR_KEYWORD}
+    shared = [p for name, p in inspect.signature(fit).parameters.items() if name not in names]
+    command.__signature__ = own.replace(parameters=[*names.values(), *shared])
+    return command
+
+
+@_takes_what_fit_takes
 def check(study, **options) -> Result:
     """Says what the mean focus is and which model, terms, memory and time a study needs; fits nothing."""
     return _run("check", study, **options)
 
 
+@_takes_what_fit_takes
 def verify(study, *, coefficients=None, **options) -> Result:
     """Compares Harvey-Shack theory with random surfaces of terms, or with one surface, without a fit. Needs a
     roughness. coefficients: as for `trace`."""
     return _run("verify", study, coefficients=coefficients, **options)
 
 
+@_takes_what_fit_takes
 def trace(study, *, coefficients=None, **options) -> Result:
     """Computes the statistics of one surface: `coefficients` (a Surface, or the path of a coefficients.csv),
     or else the random surface of the study's seed."""
     return _run("trace", study, coefficients=coefficients, **options)
 
 
+@_takes_what_fit_takes
 def psd(study, **options) -> Result:
     """Estimates the PSD of the measurement that the study's roughness names, with a fitted model."""
     return _run("psd", study, **options)
 
 
+@_takes_what_fit_takes
 def solve(study, **options) -> Result:
     """Finds the roughness that meets the budgets of the study's block `solve`."""
     return _run("solve", study, **options)
 
 
+@_takes_what_fit_takes
 def chart(study, *, seconds=60, **options) -> Result:
     """Times models and fits on the study's scene for about `seconds`, each with its error."""
     return _run("chart", study, seconds=seconds, **options)
 
 
+@_takes_what_fit_takes
 def sweep(study, *, changes=None, output=None, **options):
     """Runs the cases of the study's block `vary` one after the other: an iterator of (values, Result).
 
@@ -137,9 +142,9 @@ def sweep(study, *, changes=None, output=None, **options):
     given = study_data(*(options.get(key) for key in ("profile", "map", "mask")))
     commands = {"check": check, "trace": trace, "fit": fit, "solve": solve}
     run, cases = _aberfit.sweep_cases(_study(study, changes, given))
-    for number, values in enumerate(cases, 1):
-        values = {pointer: json.loads(value) for pointer, value in values}
-        folder = None if output is None else os.path.join(os.fspath(output), f"{number:04}")
+    for k in range(len(cases)):
+        values = {pointer: json.loads(value) for pointer, value in cases.at(k)}
+        folder = None if output is None else os.path.join(os.fspath(output), f"{k + 1:04}")
         result = commands[run](study, changes={**(changes or {}), **values}, output=folder, **options)
         if result.interrupted:
             raise KeyboardInterrupt

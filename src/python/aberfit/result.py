@@ -16,6 +16,32 @@ from .surface import Surface
 from .theory import Halo
 
 
+class _Kept:
+    """What remains of an answer in another process."""
+
+    def __init__(self, answer):
+        self.json, self.code, self.headline = answer.json, answer.code, answer.headline
+        self._shown = answer.text(), answer.first_screen(), answer.html()
+        self._focus = answer.focus()
+
+    def text(self):
+        return self._shown[0]
+
+    def first_screen(self):
+        return self._shown[1]
+
+    def html(self):
+        return self._shown[2]
+
+    def focus(self):
+        return self._focus
+
+    def save(self, settings):
+        refuse(
+            "save", "a result from another process", "`output=` or `save` where it was computed; `report`"
+        )
+
+
 class Result(collections.abc.Mapping):
     """The result of a command: a mapping with the names of result.json (`aberfit.schema("results")` explains
     them), numbers in SI units. `print(result)` shows the table of the program, a notebook its report."""
@@ -24,6 +50,10 @@ class Result(collections.abc.Mapping):
         self._answer = answer
         self._threads = threads
         self._traced = surface
+
+    def __getstate__(self):
+        """A pickled result has its numbers, page and arrays, which are computed for it, but cannot `save`."""
+        return {"_answer": _Kept(self._answer), "_threads": self._threads, "_traced": self._traced}
 
     # The mapping.
     @functools.cached_property
@@ -44,7 +74,7 @@ class Result(collections.abc.Mapping):
         return f"<aberfit {self['kind']}{': ' if self.headline else ''}{self.headline}>"
 
     def __str__(self):
-        return self._answer.text(100)
+        return self._answer.text()
 
     def _repr_html_(self):
         return self._answer.first_screen()
@@ -76,9 +106,9 @@ class Result(collections.abc.Mapping):
         return self._answer.code == 4
 
     @property
-    def warnings(self) -> dict:
-        """Warnings of the result, {code: message}."""
-        return {warning["code"]: warning["message"] for warning in self.document.get("warnings", [])}
+    def warnings(self) -> list:
+        """Warnings of the result, {"code": ..., "message": ...} each."""
+        return self.document.get("warnings", [])
 
     # Arrays.
     @functools.cached_property
@@ -174,16 +204,17 @@ class Result(collections.abc.Mapping):
         _aberfit.write_file(os.fspath(path), self._answer.html().encode())
 
     def to_frame(self):
-        """The statistics as a pandas DataFrame, one row each."""
+        """The main table as a pandas DataFrame: the statistics, the budgets of `solve`, the octaves of `psd`,
+        the methods of `chart`."""
         import pandas
 
         found = self.document
-        rows = (
-            found.get("equivalence", {}).get("metrics") or found.get("statistics") or found.get("metrics")
-        )
-        if rows is None:
-            raise _aberfit.ComputationError(f"aberfit {self['kind']} has no table of statistics")
-        frame = (
-            pandas.DataFrame(rows) if isinstance(rows, list) else pandas.DataFrame.from_dict(rows, "index")
-        )
+        if self["kind"] == "fit":
+            found = found.get("equivalence", found)
+        keys = {"fit": "metrics", "check": "target", "solve": "budgets", "psd": "octaves", "chart": "rows"}
+        rows = found.get(keys.get(self["kind"], "statistics"), [])
+        if isinstance(rows, dict):
+            values = [v if isinstance(v, dict) else {"value": v} for v in rows.values()]
+            rows = [{"name": name, **value} for name, value in zip(rows, values)]
+        frame = pandas.json_normalize(rows)
         return frame.set_index("name") if "name" in frame else frame

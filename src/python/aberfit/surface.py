@@ -58,6 +58,21 @@ class Surface:
         made._terms = terms
         return made
 
+    def __getstate__(self):
+        waves = self.fourier.tolist()
+        return {
+            "radius": self.radius,
+            "zernike": self.zernike,
+            "fourier": waves,
+            "spherical": self.spherical,
+        }
+
+    def __setstate__(self, state):
+        self.__init__(**state)
+
+    def __eq__(self, other):
+        return isinstance(other, Surface) and self.__getstate__() == other.__getstate__()
+
     @classmethod
     def read(cls, path, *, radius=None):
         """Reads coefficients.csv, or a Zernike file of CODE V (ZFR or WFR), which needs `radius`."""
@@ -121,7 +136,7 @@ class Surface:
     def grid(self, npix=257, *, width=None) -> tuple:
         """(x, h): heights [m] at npix x npix pixel centres over a square of `width` [m], the diameter if
         absent; row = y, NaN outside the disc."""
-        pixels("npix", npix, 8193)
+        pixels("npix", npix, _aberfit.MOST_PIXELS)
         width = 2 * self.radius if width is None else positive("width", width)
         x = (np.arange(npix) - 0.5 * (npix - 1)) * (width / npix)
         inside = x[None, :] ** 2 + x[:, None] ** 2 <= self.radius**2

@@ -35,6 +35,12 @@ class Psd:
         self.block = block
         self._psd = _aberfit.RadialPsd(json_text({**_SCENE, "roughness": {"psd": block}}, "psd"))
 
+    def __getstate__(self):
+        return self.block
+
+    def __setstate__(self, block):
+        self.__init__(**block)
+
     def __repr__(self):
         return f"Psd({', '.join(f'{key}={value!r}' for key, value in self.block.items())})"
 
@@ -102,6 +108,12 @@ class MeanLight:
     def __init__(self, study):
         self.study = study
         self._light = _aberfit.MeanLight(json_text(study, "study"))
+
+    def __getstate__(self):
+        return self.study
+
+    def __setstate__(self, study):
+        self.__init__(study)
 
     def __repr__(self):
         return f"<aberfit.MeanLight: g {self.g:.4g}, TIS {100 * self.tis:.4g} %>"
