@@ -20,6 +20,7 @@ RECIPES = {
     "to_hcipy": "hcipy",
     "to_galsim": "galsim",
     "to_batoid": "batoid",
+    "to_optiland": "optiland.psf",
     "to_opticstudio": "numpy",
 }
 
