@@ -44,8 +44,18 @@ def fitted_pair():
 
 
 def energies(result):
-    """Our own encircled energies of terms and scatter together, at RADII."""
+    """Our own encircled energies of a result, terms and scatter together, at RADII."""
     return np.interp(RADII, result.radius, result.focus.encircled_energy[list(result.plane).index(0.0)])
+
+
+def energies_by_rays(surface):
+    """Encircled energies of the terms alone by our own rays, at RADII, for programs that trace rays."""
+    alone = {
+        "target": {"theory": "geometric"},
+        "trace": {"model": "rays"},
+        "terms": {"band": "all", "zernike": {"n_max": 30}},
+    }  # no scatter of the rest
+    return energies(aberfit.trace(STUDY | alone, coefficients=surface))
 
 
 def pupil():

@@ -21,6 +21,7 @@ RECIPES = {
     "to_galsim": "galsim",
     "to_batoid": "batoid",
     "to_optiland": "optiland.psf",
+    "to_rayoptics": "rayoptics.optical.opticalmodel",
     "to_opticstudio": "numpy",
 }
 
