@@ -108,6 +108,7 @@
 #include "aberfit/theory/ray_perturbation.h"
 #include "aberfit/theory/realisation_spread.h"
 #include "aberfit/theory/regime.h"
+#include "aberfit/theory/round_pixels.h"
 #include "aberfit/theory/scatter_function.h"
 #include "aberfit/theory/scattered_rays.h"
 #include "aberfit/theory/scattering_band.h"

@@ -64,7 +64,11 @@ class MeanLight : public FocalLight {
     return share;
   }
   Eigen::ArrayXXd image(double dz, double half_width, int pixels) const override {
-    return round_image([&](const Eigen::ArrayXd& radii) { return shares(dz, radii); }, half_width, pixels);
+    const GhsPupil& pupil = spot_->pupil();
+    const double detail = shear_per_frequency_ * (1 + dz / pupil.mirror().focal_length) /
+                          (2 * aperture_radius(pupil.aperture()));
+    return round_image([&](const Eigen::ArrayXd& radii) { return shares(dz, radii); }, detail, half_width,
+                       pixels);
   }
   std::optional<Eigen::ArrayXd> round_transfer(const Eigen::ArrayXd& frequencies) const override {
     Eigen::ArrayXd value(frequencies.size());

@@ -49,7 +49,9 @@ class WaveLight : public FocalLight {
       return {path_.scatter->encircled_energy(radius / growth),
               path_.scatter->encircled_energy_slope(radius / growth) / growth};
     };
-    return unfolded(periodic, mean, field_of_view(dz), half_width);
+    const double detail =
+        path_.wavelength * (path_.mirror.focal_length + dz) / (2 * aperture_radius(*path_.aperture));
+    return unfolded(periodic, mean, detail, field_of_view(dz), half_width);
   }
   double farthest_plane() const override {
     // Here the cone may fill the field of view. farthest_plane allows it half of that, so we double the

@@ -10,6 +10,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/quadrature.h"
+#include "aberfit/theory/round_pixels.h"
 
 namespace aberfit {
 namespace {
@@ -113,26 +114,9 @@ HaloKernel halo_kernel(const ScatterFunction& scatter, double pixel, int pixels)
   kernel.fraction.setZero(pixels, pixels);
   if (!(scatter.tis() > 0)) return kernel;
 
-  // Edges of one quadrant, from the axis out. The first cell of an odd number of pixels is half a pixel.
-  const bool odd = pixels % 2 == 1;
-  std::vector<double> edge = {0};
-  for (double at = odd ? 0.5 : 1; at <= 0.5 * pixels; ++at) edge.push_back(at * pixel);
-  const Index cells = Index(edge.size()) - 1;
-  const EdgeFlux flux_through(scatter, 0.99 * edge[1], 1.01 * std::numbers::sqrt2 * edge.back());
-  Eigen::ArrayXXd flux = Eigen::ArrayXXd::Zero(cells, cells + 1);  // piece i of the line at edge j
-  for (Index j = 1; j <= cells; ++j)
-    for (Index i = 0; i < cells; ++i)
-      flux(i, j) = flux_through(edge[std::size_t(j)], edge[std::size_t(i)], edge[std::size_t(i) + 1]);
-  const Index middle = pixels / 2;
-  for (Index row = 0; row < cells; ++row) {
-    for (Index column = 0; column <= row; ++column) {
-      double energy = flux(column, row + 1) - flux(column, row) + flux(row, column + 1) - flux(row, column);
-      if (odd) energy *= (row == 0 ? 2 : 1) * (column == 0 ? 2 : 1);
-      for (const Index y : {middle + row, middle - row - (odd ? 0 : 1)})
-        for (const Index x : {middle + column, middle - column - (odd ? 0 : 1)})
-          kernel.fraction(y, x) = kernel.fraction(x, y) = energy;
-    }
-  }
+  const double first_edge = (pixels % 2 == 1 ? 0.5 : 1) * pixel;
+  kernel.fraction = round_pixels(
+      pixel, pixels, EdgeFlux(scatter, 0.99 * first_edge, 1.01 * std::numbers::sqrt2 * 0.5 * pixels * pixel));
   kernel.halo = kernel.fraction.sum();
   kernel.beyond = scatter.tis() - kernel.halo;
   return kernel;

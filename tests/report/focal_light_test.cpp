@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <boost/math/special_functions/bessel.hpp>
 #include <numbers>
 
@@ -68,16 +69,30 @@ struct TermScene {
   std::unique_ptr<FocalLight> light() const { return surface_light(path(), coefficients, 1); }
 };
 
+// Energy of the Airy pattern in a square about its middle: that within the edge, averaged over directions.
+double airy_share_in_square(double side) {
+  const auto at = [&](double angle) { return airy_share(0.5 * side / std::cos(angle)); };
+  constexpr double kEighth = std::numbers::pi / 4;
+  return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(at, 0.0, kEighth, 12, 1e-12) / kEighth;
+}
+
+// From pixels of a fortieth of lambda F to twenty of them, squares of pixels hold what the closed form says.
 TEST(RoundImage, OfTheAiryPatternHoldsItsLight) {
-  const double half = 6 * kAiryUnit;
-  const Eigen::ArrayXXd image = round_image(airy_shares, half, 129);
-  for (const double radius : {1.0, 2.0, 4.0, 5.9})
-    EXPECT_NEAR(within(image, half, radius * kAiryUnit), airy_share(radius * kAiryUnit), 2e-3) << radius;
-  // The middle pixel has the mean irradiance of a circle of its area: pi/4 (1 - z^2/4 ...) of lambda F
-  // squared at the peak.
-  const double pixel = 2 * half / 129;
-  EXPECT_NEAR(image(64, 64), std::numbers::pi / 4 * std::pow(pixel / kAiryUnit, 2), 0.01 * image(64, 64));
-  EXPECT_TRUE((image - image.transpose()).isZero(1e-15) && (image - image.colwise().reverse()).isZero(1e-15));
+  for (const double pixel : {0.025, 0.3, 1.0, 4.4, 20.0}) {
+    for (const int pixels : {33, 34}) {
+      const double half = 0.5 * pixels * pixel * kAiryUnit;
+      const Eigen::ArrayXXd image = round_image(airy_shares, kAiryUnit, half, pixels);
+      for (int inside = 2 - pixels % 2; inside <= pixels; inside += 8) {
+        const Eigen::Index first = (pixels - inside) / 2;
+        const double found = image.block(first, first, inside, inside).sum();
+        const double truth = airy_share_in_square(inside * pixel * kAiryUnit);
+        EXPECT_NEAR(found, truth, 2e-6 * std::min(1.0, std::pow(inside * pixel, 2)))
+            << pixel << ' ' << pixels << ' ' << inside;
+      }
+      EXPECT_TRUE((image - image.transpose()).isZero(1e-15));
+      EXPECT_TRUE((image - image.colwise().reverse()).isZero(1e-15));
+    }
+  }
 }
 
 // At f/7 the direction cosines of the rim change the Airy pattern by 1e-3 of the energy; at f/70 by 1e-5.

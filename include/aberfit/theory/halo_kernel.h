@@ -17,10 +17,10 @@ struct HaloKernel {
 
 /// The kernel on pixels x pixels squares of side `pixel` [direction cosine]. The specular direction is in the
 /// middle: in the middle of a pixel if their number is odd, at a corner if it is even. A pixel has the
-/// integral of the BSDF over its area, even where the PSD jumps inside it: by the divergence theorem it is
-/// the flux of E(r) r/(2 pi r^2) through its edges, E the energy within r. Error of the energy in the frame:
-/// 1e-10 for a smooth PSD, 3e-9 for one with edges, 6e-7 for a narrow band at g = 2, whose higher orders have
-/// kinks. Throws std::invalid_argument unless pixel > 0 and 1 <= pixels <= kMostKernelPixels.
+/// integral of the BSDF over its area, even where the PSD jumps inside it (round_pixels). Error of the energy
+/// in the frame: 1e-10 for a smooth PSD, 3e-9 for one with edges, 6e-7 for a narrow band at g = 2, whose
+/// higher orders have kinks. Throws std::invalid_argument unless pixel > 0 and 1 <= pixels <=
+/// kMostKernelPixels.
 HaloKernel halo_kernel(const ScatterFunction& scatter, double pixel, int pixels);
 inline constexpr int kMostKernelPixels = 4097;  ///< a kernel of 134 MB
 
