@@ -92,14 +92,13 @@ Answer internal::answer_check(const SharedStudy& study, const RunOptions& option
   const auto of = [&](const auto& report) {
     using Report = std::decay_t<decltype(report)>;
     Answer answer = answer_of(report, ExitCode::kDone, study, options, claim_of_check, write_check<Report>);
-    answer.arrays = [study, planes = planes_of_report(report), threads = context_of(options).threads] {
-      std::optional<FocusArrays> result;
+    answer.focus = [study, planes = planes_of_report(report),
+                    threads = context_of(options).threads](const auto& see) {
       look_at_theory(*study, planes, threads, [&](const ArrayInput& focus) {
         if (!focus.theory)
           throw ComputationError("the study has no roughness, so there is no theory to show");
-        result = make_focus_arrays(focus);
+        see(focus);
       });
-      return *result;
     };
     return answer;
   };

@@ -155,11 +155,7 @@ Answer answer_of(FinishedFit finished) {
   Answer answer{code_of_fit(result), page_of(result, false)};
   answer.document = [fit] { return to_json(fit->result, resolved(*fit->study, fit->result)); };
   if (fit->failed()) return answer;
-  answer.arrays = [fit] {
-    std::optional<FocusArrays> arrays;
-    look_at(*fit, *fit->bench(), [&](const ArrayInput& focus) { arrays = make_focus_arrays(focus); });
-    return *arrays;
-  };
+  answer.focus = [fit](const auto& see) { look_at(*fit, *fit->bench(), see); };
   answer.save = [fit](const RunOptions& options) {
     ResultFolder folder(options.output_directory, claim_of_fit(*fit->study, options));
     FinishedFit written = *fit;

@@ -71,11 +71,7 @@ Answer internal::answer_trace(const SharedStudy& study, const RunOptions& given)
   how.surface = options.surface;
   Answer answer{ExitCode::kDone, page_of(report)};
   answer.document = [=] { return to_json(report, resolved_study(*study), provenance_of(*study, how)); };
-  answer.arrays = [=] {
-    std::optional<FocusArrays> result;
-    traced(*study, how, [&](const ArrayInput& focus) { result = make_focus_arrays(focus); });
-    return *result;
-  };
+  answer.focus = [=](const auto& see) { traced(*study, how, see); };
   answer.save = [=](const RunOptions& wanted) {
     RunOptions there = wanted;
     there.surface = how.surface;

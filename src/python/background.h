@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 
 namespace aberfit::internal {
 
@@ -28,6 +29,8 @@ class Running {
     while (count() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   static bool ends() { return ending(); }
+  /// In a process that was forked off: calls go on in its parent only.
+  static void forget() { count() = 0; }
 
  private:
   static std::atomic<int>& count() {

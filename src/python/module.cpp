@@ -1,6 +1,4 @@
 // The compiled part of the Python package `aberfit`, whose Python part gives it the names that users see.
-#include "aberfit/commands/program.h"
-#include "aberfit/core/memory.h"
 #include "parts.h"
 
 PYBIND11_MODULE(_aberfit, module) {

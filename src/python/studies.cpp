@@ -127,11 +127,34 @@ py::dict light_of(const LightArrays& light, const std::shared_ptr<const FocusArr
   return result;
 }
 
+// What `look` makes of the light of an answer.
+template <typename Result>
+Result seen(const PyAnswer& self, const py::object& progress,
+            const std::function<Result(const ArrayInput&)>& look) {
+  return in_background<Result>(
+      [&](Hooks&) {
+        Result result;
+        self.answer.focus([&](const ArrayInput& focus) { result = look(focus); });
+        return result;
+      },
+      progress);
+}
+
+// The spot of the surface, or else of theory, as fractions of the energy per pixel.
+py::object image_of(const PyAnswer& self, double pixel, int pixels, double dz) {
+  if (!self.answer.focus) return py::none();
+  return owned(seen<Eigen::ArrayXXd>(self, py::none(), [&](const ArrayInput& focus) {
+    const FocalLight& light = focus.surface ? *focus.surface : *focus.theory;
+    return light.image(dz, 0.5 * pixel * pixels, pixels);
+  }));
+}
+
 py::object focus_of(PyAnswer& self, const py::object& progress) {
-  if (!self.answer.arrays) return py::none();
+  if (!self.answer.focus) return py::none();
   if (!self.arrays)
-    self.arrays = in_background<std::shared_ptr<const FocusArrays>>(
-        [&](Hooks&) { return std::make_shared<const FocusArrays>(self.answer.arrays()); }, progress);
+    self.arrays = seen<std::shared_ptr<const FocusArrays>>(self, progress, [](const ArrayInput& focus) {
+      return std::make_shared<const FocusArrays>(make_focus_arrays(focus));
+    });
   const auto& arrays = self.arrays;
   py::dict result;
   result["plane"] = view(arrays->plane, arrays);
@@ -142,6 +165,13 @@ py::object focus_of(PyAnswer& self, const py::object& progress) {
   if (arrays->halo)
     result["halo"] = py::make_tuple(view(arrays->halo->fraction, arrays), arrays->halo->core,
                                     arrays->halo->halo, arrays->halo->beyond);
+  if (arrays->scatter) {
+    py::dict scatter;
+    scatter["theta"] = view(arrays->scatter->theta, arrays);
+    scatter["bsdf"] = view(arrays->scatter->bsdf_per_sr, arrays);
+    scatter["tis_within"] = view(arrays->scatter->tis_within, arrays);
+    result["scatter"] = scatter;
+  }
   if (arrays->surface) result["surface"] = light_of(*arrays->surface, arrays);
   return result;
 }
@@ -215,12 +245,14 @@ void add_studies(py::module_& module) {
       .def("first_screen", &PyAnswer::first_screen)
       .def("html", &PyAnswer::html)
       .def("focus", &focus_of, py::arg("progress") = py::none())
+      .def("image", &image_of)
       .def("save", &save);
   module.def("run", &run, py::arg("command"), py::arg("study"), py::arg("settings"), py::arg("progress"));
   module.def("sweep_cases", &sweep_cases);
   module.def("write_file", [](const std::string& path, const py::bytes& content) {
     write_file(path, std::string(content));
   });
+  module.def("forget_all", &Running::forget);
   module.def("end_all", &Running::end_all, py::call_guard<py::gil_scoped_release>());
   module.def("study_schema", [] { return study_schema().dump(); });
   module.def("results_schema", [] { return results_schema().dump(); });

@@ -96,6 +96,8 @@ void add_theory(py::module_& module) {
       .def_readonly("beyond", &HaloKernel::beyond);
   py::class_<MeanLight>(module, "MeanLight")
       .def(py::init<const std::string&>(), unlocked)
+      .def_property_readonly("focal_length",
+                             [](const MeanLight& self) { return self.study().mirror.focal_length; })
       .def(
           "encircled_energy",
           [](const MeanLight& self, const Eigen::ArrayXd& radius, double dz) {

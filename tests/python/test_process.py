@@ -77,6 +77,28 @@ def test_the_process_may_end_while_a_fit_runs(small):
     assert done.returncode == 0, done.stderr
 
 
+def test_a_forked_process_ends_while_its_parent_fits(small):
+    code = textwrap.dedent(
+        """
+        import json, os, sys, threading, time
+        import aberfit
+        study = json.loads(sys.argv[1])
+        fit = threading.Thread(target=lambda: aberfit.fit(study), daemon=True)
+        fit.start()
+        time.sleep(0.3)
+        child = os.fork()
+        if child == 0:
+            sys.exit(3)
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), fit.is_alive())
+    """
+    )
+    slow = small | {"terms": {"zernike": {"n_max": 60}}, "target": {}}
+    done = subprocess.run(
+        [sys.executable, "-c", code, json.dumps(slow)], capture_output=True, text=True, timeout=60
+    )
+    assert done.stdout.split() == ["3", "True"], done.stderr
+
+
 def test_ctrl_c_ends_a_loop_of_checks(small):
     code = textwrap.dedent(
         """

@@ -101,7 +101,15 @@ def test_refuses_what_cannot_be():
         lambda: surface.write("x", "stl"),
         lambda: surface.rms(inner_radius=R),
         lambda: surface.grid(0),
+        lambda: surface.grid(True),
         lambda: surface.psd(-1.0),
+        lambda: surface.psd(1e12),
+        lambda: aberfit.Surface(radius=R, fourier=[(1, 0, 1e-9, 0)]).psd(npix=10**9),
+        lambda: surface.write("x", "fits-opd", npix=10**6),
+        lambda: surface.write("x", "codev-int", wavelength=-1),
+        lambda: surface.heights("a", 0),
+        lambda: aberfit.Surface(radius=R, noll={0: 1e-9}),
+        lambda: aberfit.Surface(radius=R, fourier=[(1, 2, 3)]),
         lambda: aberfit.Surface(radius=-1),
         lambda: aberfit.Surface(radius=R, zernike={(10**12, 0): 1e-9}),
         lambda: aberfit.Surface(radius=R, zernike={(2, 0): float("nan")}),
@@ -111,6 +119,8 @@ def test_refuses_what_cannot_be():
             call()
     with pytest.raises(TypeError):
         aberfit.Surface(radius=R, zernike={(2.5, 0.5): 1e-9})
+    assert aberfit.Surface(radius=R, noll={4: 1e-9}) == aberfit.Surface(radius=R, zernike={(2, 0): 1e-9})
+    assert aberfit.Surface(radius=np.array(R), fringe={4: 1e-9}).to_fringe()[3] == pytest.approx(1e-9)
     assert surface.psd(0.0)[1][0] >= 0
     height = surface.heights([0.0, 0.1], 0.0)
     height[0] = 0.0  # it is the caller's

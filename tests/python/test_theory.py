@@ -32,10 +32,17 @@ def test_light_agrees_with_itself():
     energy = np.trapz(2 * np.pi * r * light.irradiance(r), r)
     assert energy == pytest.approx(0.8, rel=1e-5)
     assert light.otf([0.0])[0] == pytest.approx(1, abs=1e-9)
-    image = light.psf(1e-6, 129)
-    x = (np.arange(129) - 64) * 1e-6
-    inside = image[(x[None, :] ** 2 + x[:, None] ** 2) <= (40e-6) ** 2].sum()
-    assert inside == pytest.approx(light.encircled_energy(40e-6), abs=2e-3)
+
+
+@pytest.mark.parametrize("pixel", [0.5e-6, 5e-6, 200e-6])
+def test_pixels_of_any_size_hold_the_light_of_their_squares(pixel):
+    # The energy in a square is that within its edge, averaged over directions.
+    light = aberfit.ghs(**SCENE, psd=BLOCK)
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    to_edge = 0.5 / np.cos(np.pi / 8 * (nodes + 1))
+    for npix in (1, 32, 33):
+        square = 0.5 * np.sum(weights * light.encircled_energy(npix * pixel * to_edge))
+        assert light.psf(pixel, npix).sum() == pytest.approx(square, abs=2e-6)
 
 
 @pytest.mark.parametrize("npix", [64, 65])
@@ -92,12 +99,21 @@ def test_refuses_what_has_no_meaning_and_keeps_what_is_unknown():
         lambda: light.halo(1e-6, 8, f_min=5, f_max=2),
         lambda: light.encircled_energy(-1e-5),
         lambda: light.irradiance(float("inf")),
+        lambda: light.psf(3.0, 8),
+        lambda: light.encircled_energy_radius(50),
+        lambda: light.scattered_within(np.pi),
+        lambda: light.encircled_energy(1e-5, dz="1 mm"),
+        lambda: light.otf(1j),
+        lambda: aberfit.ghs(light.study, psd=BLOCK),
         lambda: psd.rms(5, 2),
         lambda: aberfit.Psd(model="gaussian", rms=float("nan"), correlation_length=1),
-        lambda: aberfit.ghs(**SCENE, psd=object()),
     ):
         with pytest.raises(aberfit.InputError):
             call()
+    with pytest.raises(aberfit.InputError, match="found a object"):
+        aberfit.ghs(**SCENE, psd=object())
+    masked = np.ma.array([1e-5, 2e-5], mask=[False, True])
+    assert np.isnan(light.encircled_energy(masked)).tolist() == [False, True]
     assert np.isnan(light.encircled_energy(np.nan)) and np.isnan(psd([1.0, np.nan])).tolist() == [
         False,
         True,

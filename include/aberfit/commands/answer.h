@@ -19,9 +19,9 @@ struct Answer {
   Page page;  ///< the result for people
   /// Makes the content of result.json. Its provenance reads every input file.
   std::function<nlohmann::ordered_json()> document = {};
-  /// Computes the focus as numbers. Empty for commands without a surface or theory to show. Throws
-  /// ComputationError if the arrays cannot be made. It keeps the pupil of the fit in memory.
-  std::function<FocusArrays()> arrays = {};
+  /// Makes the light of theory and surface and gives it to `see`. Empty for commands without a surface or
+  /// theory to show. Throws ComputationError if there is none. It keeps the pupil of the fit in memory.
+  std::function<void(const std::function<void(const ArrayInput& focus)>& see)> focus = {};
   /// Writes the files that the command writes to a folder, pictures included. Throws InputError like the
   /// commands do if something is in the way. Empty if the command failed.
   std::function<void(const RunOptions& options)> save = {};

@@ -1,7 +1,7 @@
 """aberfit: equivalent aberration terms of rough mirrors.
 
-A *study* is a dict, or the path of a study file: a mirror, its aperture, the light and the roughness. Every
-command of the program is a function of a study that returns a `Result`:
+A *study* is a dict, or the path of a study file: a mirror, its aperture, the light and the roughness. The
+program's commands are functions of a study that return a `Result`:
 
     import aberfit
     study = {
@@ -15,11 +15,13 @@ command of the program is a function of a study that returns a `Result`:
     print(result)                       # the table of the program
     result.surface.heights(0.0, 0.1)    # the fitted terms, as a Surface
 
-Quantities are texts with a unit or plain numbers in SI units; arrays are in SI units and radians. Heights are
-those of the surface, not of the wavefront, positive towards the incoming light.
+Quantities of a study are texts with a unit or plain numbers in SI units; all other numbers and arrays are in
+SI units and radians. Heights are those of the surface, not of the wavefront, positive towards the incoming
+light.
 """
 
 import atexit as _atexit
+import os as _os
 
 from . import _aberfit
 from ._aberfit import ComputationError, InputError, __version__
@@ -54,3 +56,4 @@ __all__ = [
 ]
 
 _atexit.register(_aberfit.end_all)  # work on other threads ends before the interpreter does
+_os.register_at_fork(after_in_child=_aberfit.forget_all)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
+import operator
 import os
 
 import numpy as np
@@ -18,12 +18,29 @@ def refuse(what, found, allowed):
     raise error
 
 
-def points(what, values):
-    """The shape of values, and the values in a line: finite numbers from 0 on, NaN where unknown."""
-    array = np.asarray(values, dtype=float)
-    if np.any(array < 0) or np.any(np.isinf(array)):
-        refuse(what, "a negative or infinite number", "numbers from 0 on")
-    return array.shape, np.ascontiguousarray(array).ravel()
+def numbers(what, values):
+    """Real numbers as an array, NaN where they are masked."""
+    if np.iscomplexobj(values):
+        refuse(what, "complex numbers", "real ones")
+    try:
+        array = np.ma.filled(np.ma.asarray(values).astype(float), np.nan)
+    except (TypeError, ValueError):
+        refuse(what, repr(values)[:60], "numbers")
+    if np.any(np.isinf(array)):
+        refuse(what, "infinity", "finite numbers, NaN where unknown")
+    return array
+
+
+def points(what, values, most=np.inf):
+    """The shape of values, and the values in a line: numbers from 0 to `most`, NaN where unknown."""
+    array = numbers(what, values)
+    if np.any(array < 0) or np.any(array > most):
+        refuse(
+            what,
+            "a number outside",
+            f"numbers from 0 to {most:g}" if most < np.inf else "numbers from 0 on",
+        )
+    return array.shape, array.ravel()
 
 
 def shaped(result, shape, at):
@@ -32,25 +49,42 @@ def shaped(result, shape, at):
     return result[()]
 
 
-def positive(what, value, least=0.0):
-    """A finite number above `least`."""
-    if not (isinstance(value, (int, float, np.number)) and math.isfinite(value) and value > least):
-        refuse(what, value, f"a finite number above {least:g}")
-    return float(value)
+def number(what, value):
+    """A finite number."""
+    array = numbers(what, value)
+    if array.ndim != 0 or np.isnan(array):
+        refuse(what, repr(value)[:60], "a finite number")
+    return float(array)
 
 
-def pixels(what, count, most):
-    """A number of pixels a side."""
-    if not isinstance(count, (int, np.integer)) or not 1 <= count <= most:
-        refuse(what, count, f"a whole number from 1 to {most}")
-    return int(count)
+def positive(what, value, most=np.inf):
+    """A finite number above 0, at most `most`."""
+    value = number(what, value)
+    if not 0 < value <= most:
+        refuse(what, value, "a number above 0" if most == np.inf else f"a number above 0, at most {most:g}")
+    return value
+
+
+def whole(what, value, most, least=1):
+    """A whole number."""
+    try:
+        found = operator.index(value)
+    except TypeError:
+        found = None
+    if found is None or isinstance(value, bool) or not least <= found <= most:
+        refuse(what, repr(value)[:60], f"a whole number from {least} to {most}")
+    return found
 
 
 def band(f_min, f_max):
     """A band of frequencies [cycles/m]."""
+    try:
+        f_min, f_max = float(f_min), float(f_max)
+    except (TypeError, ValueError):
+        refuse("f_min, f_max", f"{f_min!r} and {f_max!r}", "numbers [cycles/m]")
     if not 0 <= f_min < f_max:
         refuse("f_min, f_max", f"{f_min} and {f_max}", "0 <= f_min < f_max")
-    return float(f_min), float(f_max)
+    return f_min, f_max
 
 
 def json_text(value, what):
@@ -67,5 +101,9 @@ def json_text(value, what):
 
     try:
         return json.dumps(value, default=plain, allow_nan=False)
+    except _aberfit.InputError:
+        raise
     except ValueError:
-        refuse(what, "NaN or infinity", "finite numbers; a band without end leaves f_max out")
+        refuse(what, "NaN, infinity or a circle", "finite numbers; a band without end leaves f_max out")
+    except (TypeError, RecursionError) as error:
+        refuse(what, str(error), "JSON of at most 64 levels, with texts as keys")

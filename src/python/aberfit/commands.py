@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import json
 import os
 
 from . import _aberfit
-from .checks import json_text, refuse
+from .checks import json_text, positive, refuse, whole
 from .data import study_data
 from .result import Result
 from .surface import Surface
@@ -19,34 +20,40 @@ def _study(study, changes, data):
         refuse("changes", repr(changes), '{"/json/pointer": value}')
     changes = [f"{pointer}={json_text(value, pointer)}" for pointer, value in (changes or {}).items()]
     if isinstance(study, (str, os.PathLike)):
-        return _aberfit.StudyText("", os.fspath(study), changes, data)
+        return _aberfit.StudyText("", _path("study", study), changes, data)
     return _aberfit.StudyText(json_text(study, "study"), "study", changes, data)
+
+
+def _path(what, path):
+    if not isinstance(path, (str, os.PathLike)) or "\0" in os.fspath(path):
+        refuse(what, repr(path), "the name of a file or folder")
+    return os.fspath(path)
 
 
 def _settings(output=None, pictures=None, arrays=None, force=False, threads=None, call=""):
     settings = _aberfit.Settings()
-    settings.output = os.fspath(output) if output is not None else ""
-    settings.pictures = pictures or ""
-    settings.arrays = arrays or ""
-    settings.force = force
-    if threads is not None and (not isinstance(threads, int) or threads < 1):
-        refuse("threads", threads, "a whole number from 1 on, or None for all")
-    settings.threads = threads or 0
+    settings.output = _path("output", output) if output is not None else ""
+    settings.pictures = str(pictures or "")
+    settings.arrays = str(arrays or "")
+    settings.force = bool(force)
+    settings.threads = 0 if threads is None else whole("threads", threads, 100000)
     settings.call = call
     return settings
 
 
 def _run(command, study, *, profile=None, map=None, mask=None, changes=None, progress=None, **options):
     """Runs a command. See `fit` for the arguments that all commands have."""
+    if progress is not None and not callable(progress):
+        refuse("progress", repr(progress), "a function of a line of text, e.g. print")
     seconds = options.pop("seconds", None)
     coefficients = options.pop("coefficients", None)
     settings = _settings(call=f"aberfit.{command} of Python", **options)
     if seconds is not None:
-        settings.chart_seconds = float(seconds)
+        settings.chart_seconds = positive("seconds", seconds)
     if isinstance(coefficients, Surface):
         settings.set_surface(coefficients._terms)
     elif coefficients is not None:
-        settings.coefficients = os.fspath(coefficients)
+        settings.coefficients = _path("coefficients", coefficients)
     text = _study(study, changes, study_data(profile, map, mask))
     surface = coefficients if isinstance(coefficients, Surface) else None
     return Result(_aberfit.run(command, text, settings, progress), settings.threads, surface)
@@ -85,12 +92,19 @@ def fit(
 
 
 def _takes_what_fit_takes(command):
-    """Shows the arguments of `fit` in help() in place of **options."""
+    """Puts the arguments of `fit` in the place of **options: in help(), and in what is refused."""
     own = inspect.signature(command)
     names = {name: p for name, p in own.parameters.items() if p.kind is not p.VAR_KEYWORD}
     shared = [p for name, p in inspect.signature(fit).parameters.items() if name not in names]
-    command.__signature__ = own.replace(parameters=[*names.values(), *shared])
-    return command
+    signature = own.replace(parameters=[*names.values(), *shared])
+
+    @functools.wraps(command)
+    def checked(*arguments, **options):
+        signature.bind(*arguments, **options)
+        return command(*arguments, **options)
+
+    checked.__signature__ = signature
+    return checked
 
 
 @_takes_what_fit_takes

@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 
 from . import _aberfit
-from .checks import refuse
+from .checks import numbers, positive, refuse
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(eq=False)
 class Map:
     """Heights on a regular grid.
 
@@ -28,7 +28,7 @@ class Map:
     origin: tuple[float, float] | None = None
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(eq=False)
 class Profile:
     """One scan line over a surface.
 
@@ -41,11 +41,8 @@ class Profile:
     quantity: str = "height"
 
 
-def _matrix(values, what):
-    matrix = np.asarray(values)
-    if np.iscomplexobj(matrix):
-        refuse(what, "complex numbers", "real ones")
-    matrix = matrix.astype(float)
+def _matrix(what, values):
+    matrix = numbers(what, values)
     if matrix.ndim != 2 or matrix.size == 0:
         refuse(what, f"an array of shape {matrix.shape}", "rows and columns")
     return matrix
@@ -56,17 +53,23 @@ def study_data(profile=None, map=None, mask=None):
     data = _aberfit.StudyData()
     if map is not None:
         if not isinstance(map, Map):
-            raise TypeError("map is an aberfit.Map(height, pitch)")
-        height = _matrix(map.height, "map.height")
-        pitch = np.broadcast_to(np.asarray(map.pitch, dtype=float), 2)
+            refuse("map", f"a {type(map).__name__}", "an aberfit.Map(height, pitch)")
+        height = _matrix("map.height", map.height)
+        pitch = numbers("map.pitch", map.pitch)
+        if pitch.shape not in ((), (2,)):
+            refuse("map.pitch", repr(map.pitch), "a number [m], or two")
+        pitch = [positive("map.pitch", step) for step in np.broadcast_to(pitch, 2)]
         origin = map.origin
         if origin is None:
             origin = -0.5 * pitch[0] * (height.shape[1] - 1), -0.5 * pitch[1] * (height.shape[0] - 1)
+        origin = numbers("map.origin", origin)
+        if origin.shape != (2,) or np.any(np.isnan(origin)):
+            refuse("map.origin", repr(map.origin), "two numbers [m]")
         data.put_map(height, pitch[0], pitch[1], origin[0], origin[1])
     if profile is not None:
         if not isinstance(profile, Profile):
-            raise TypeError("profile is an aberfit.Profile(x, value)")
-        x, value = (np.asarray(a, dtype=float).ravel() for a in (profile.x, profile.value))
+            refuse("profile", f"a {type(profile).__name__}", "an aberfit.Profile(x, value)")
+        x, value = numbers("profile.x", profile.x).ravel(), numbers("profile.value", profile.value).ravel()
         if x.size != value.size or x.size < 2 or not np.all(np.diff(x) > 0):
             refuse(
                 "profile",
@@ -77,5 +80,5 @@ def study_data(profile=None, map=None, mask=None):
             refuse("profile.quantity", repr(profile.quantity), '"height" or "slope"')
         data.put_profile(x, value, profile.quantity == "slope")
     if mask is not None:
-        data.put_mask(_matrix(mask, "mask"))
+        data.put_mask(_matrix("mask", mask))
     return data

@@ -11,7 +11,7 @@ import types
 import numpy as np
 
 from . import _aberfit
-from .checks import refuse
+from .checks import number, positive, refuse, whole
 from .surface import Surface
 from .theory import Halo
 
@@ -36,9 +36,12 @@ class _Kept:
     def focus(self):
         return self._focus
 
+    def image(self, *frame):
+        refuse("image", "a pickled or copied result", "the result of the command itself")
+
     def save(self, settings):
         refuse(
-            "save", "a result from another process", "`output=` or `save` where it was computed; `report`"
+            "save", "a pickled or copied result", "the result of the command itself; `report` writes a page"
         )
 
 
@@ -82,7 +85,7 @@ class Result(collections.abc.Mapping):
     # The answer.
     @property
     def json(self) -> str:
-        """The bytes of result.json, as the program writes them."""
+        """The text of result.json, as the program writes it."""
         return self._answer.json
 
     @property
@@ -113,7 +116,7 @@ class Result(collections.abc.Mapping):
     # Arrays.
     @functools.cached_property
     def surface(self) -> Surface | None:
-        """The fitted terms, or the Surface that was traced; None for commands without one."""
+        """The fitted terms, or the Surface that `trace` or `verify` was given; otherwise None."""
         found = self.document.get("coefficients")
         if not found:
             return self._traced
@@ -140,7 +143,8 @@ class Result(collections.abc.Mapping):
 
     @property
     def theory(self) -> types.SimpleNamespace | None:
-        """The mean focus of theory as arrays, see `focus`; None without roughness."""
+        """The mean focus of theory as arrays, see `focus`; None without roughness. `psd`, `verify`, `solve` and
+        `chart` have no focus and raise ComputationError."""
         found = self._need_focus().get("theory")
         return types.SimpleNamespace(**found) if found else None
 
@@ -169,7 +173,7 @@ class Result(collections.abc.Mapping):
 
     @property
     def pixel(self) -> np.ndarray:
-        """Centres of the pixels of `focus.psf`, along x and along y [m]."""
+        """Centres of the pixels of `focus.psf` [m], the same along x and y."""
         return self._need_focus()["pixel"]
 
     @property
@@ -185,9 +189,26 @@ class Result(collections.abc.Mapping):
         return Halo(*found, float(self.pixel[1] - self.pixel[0])) if found else None
 
     @property
+    def scatter(self) -> types.SimpleNamespace | None:
+        """The same scatter over the angle `theta` from the specular direction [rad]: `bsdf` [1/sr], and
+        `tis_within`, the fraction of the energy scattered to within theta."""
+        found = self._need_focus().get("scatter")
+        return types.SimpleNamespace(**found) if found else None
+
+    @property
     def psf(self) -> np.ndarray:
         """`focus.psf`: irradiance of the surface's spot [1/m^2]; of theory for commands without a surface."""
         return (self.focus or self.theory).psf
+
+    def image(self, pixel, npix, dz=0.0) -> np.ndarray:
+        """Fraction of the energy per pixel (y x x) of the surface's spot with its scatter, on npix x npix
+        pixels of `pixel` [m] in the plane dz [m] behind the focus: what a detector sees. Of theory for
+        commands without a surface."""
+        pixel, npix = positive("pixel", pixel), whole("npix", npix, _aberfit.MOST_PIXELS)
+        image = self._answer.image(pixel, npix, number("dz", dz))
+        if image is None:
+            self._need_focus()
+        return image
 
     # Files.
     def save(self, folder, *, pictures=None, arrays=None, force=False):
@@ -204,13 +225,15 @@ class Result(collections.abc.Mapping):
         _aberfit.write_file(os.fspath(path), self._answer.html().encode())
 
     def to_frame(self):
-        """The main table as a pandas DataFrame: the statistics, the budgets of `solve`, the octaves of `psd`,
+        """The main table as a pandas DataFrame: the statistics (of `verify` those that decide), the budgets of `solve`, the octaves of `psd`,
         the methods of `chart`."""
         import pandas
 
         found = self.document
         if self["kind"] == "fit":
             found = found.get("equivalence", found)
+        if found.get("decided_by") == "light":
+            found = found["light"]
         keys = {"fit": "metrics", "check": "target", "solve": "budgets", "psd": "octaves", "chart": "rows"}
         rows = found.get(keys.get(self["kind"], "statistics"), [])
         if isinstance(rows, dict):

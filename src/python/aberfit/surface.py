@@ -9,7 +9,10 @@ import pathlib
 import numpy as np
 
 from . import _aberfit
-from .checks import pixels, positive, refuse
+from .checks import number, numbers, positive, refuse, whole
+
+_MOST_N = 300  # radial order of a Zernike term
+_MOST_CYCLES = 1e6  # over the radius; a PSD there is averaged over hundreds of ripples
 
 
 class Surface:
@@ -17,8 +20,8 @@ class Surface:
 
     radius: normalisation radius [m].
     zernike: {(n, m): a}, orthonormal on the disc (Noll: RMS of the term is |a|), m > 0 cosine, m < 0 sine.
-    noll, osa, fringe: the same as a sequence that starts at index 1, 0 and 1. Fringe terms are
-        peak-normalised.
+    noll, osa, fringe: the same by an index, {j: a} or a sequence that starts at 1, 0 and 1. Fringe terms
+        are peak-normalised.
     fourier: rows (fx, fy, A, B): A cos + B sin of 2 pi (fx x + fy y), frequencies in cycles/m.
     spherical: {power: height at the rim} for the even powers from 4 to 12.
     """
@@ -27,30 +30,34 @@ class Surface:
         self, *, radius, zernike=None, noll=None, osa=None, fringe=None, fourier=(), spherical=None
     ):
         terms = dict(zernike or {})
-        for values, first, mode in ((noll, 1, _aberfit.from_noll), (osa, 0, _aberfit.from_osa)):
-            for j, a in enumerate(values if values is not None else (), first):
-                terms[mode(j)] = terms.get(mode(j), 0.0) + a
-        for j, a in enumerate(fringe if fringe is not None else (), 1):
-            mode = _aberfit.from_fringe(j)
-            terms[mode] = terms.get(mode, 0.0) + a / _aberfit.zernike_norm(*mode)
-        positive("radius", radius)
+        indexed = (
+            (noll, 1, _aberfit.from_noll),
+            (osa, 0, _aberfit.from_osa),
+            (fringe, 1, _aberfit.from_fringe),
+        )
+        for values, first, mode_of in indexed:
+            if values is None:
+                continue
+            for j, a in values.items() if hasattr(values, "items") else enumerate(values, first):
+                mode = mode_of(whole("index", j, (_MOST_N + 1) ** 2, first))
+                peak = _aberfit.zernike_norm(*mode) if values is fringe else 1.0
+                terms[mode] = terms.get(mode, 0.0) + a / peak
+        radius = positive("radius", radius)
         modes = []
         for (n, m), a in terms.items():
             n, m = operator.index(n), operator.index(m)
-            if not 0 <= n <= 300 or abs(m) > n or (n - m) % 2:
-                refuse("zernike", f"({n}, {m})", "n from 0 to 300, |m| <= n, n - m even")
-            modes.append([float(n), float(m), float(a)])
-        waves = [[float(v) for v in row] for row in fourier]
-        if any(len(row) != 4 for row in waves):
-            refuse("fourier", "a row of another length", "rows (fx, fy, A, B)")
-        powers = [
-            [float(operator.index(power)), float(a)] for power, a in sorted((spherical or {}).items())
-        ]
-        if any(power not in (4, 6, 8, 10, 12) for power, _ in powers):
-            refuse("spherical", list(spherical), "powers 4, 6, 8, 10 and 12")
-        if not all(np.all(np.isfinite(row)) for row in modes + waves + powers):
-            refuse("coefficients", "NaN or infinity", "finite numbers")
-        self._terms = _aberfit.TermSurface(float(radius), modes, waves, powers)
+            if not 0 <= n <= _MOST_N or abs(m) > n or (n - m) % 2:
+                refuse("zernike", f"({n}, {m})", f"n from 0 to {_MOST_N}, |m| <= n, n - m even")
+            modes.append([float(n), float(m), number("zernike", a)])
+        waves = numbers("fourier", fourier)
+        if waves.size and (waves.ndim != 2 or waves.shape[1] != 4 or np.any(np.isnan(waves))):
+            refuse("fourier", f"an array of shape {waves.shape}, or NaN", "rows (fx, fy, A, B)")
+        powers = []
+        for power, a in sorted((spherical or {}).items()):
+            if power not in (4, 6, 8, 10, 12):
+                refuse("spherical", power, "powers 4, 6, 8, 10 and 12")
+            powers.append([float(power), number("spherical", a)])
+        self._terms = _aberfit.TermSurface(radius, modes, waves.reshape(-1, 4).tolist(), powers)
 
     @classmethod
     def _of(cls, terms):
@@ -121,9 +128,9 @@ class Surface:
 
     # Values.
     def _field(self, x, y):
-        x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-        field = self._terms.field(np.ascontiguousarray(x).ravel(), np.ascontiguousarray(y).ravel())
-        return [part.reshape(x.shape) for part in field]
+        x, y = np.broadcast_arrays(numbers("x", x), numbers("y", y))
+        field = self._terms.field(x.ravel(), y.ravel())
+        return [part.reshape(x.shape)[()] for part in field]
 
     def heights(self, x, y) -> np.ndarray:
         """Heights [m] at points x, y [m] of any shape. Outside the disc Zernike terms grow quickly."""
@@ -136,7 +143,7 @@ class Surface:
     def grid(self, npix=257, *, width=None) -> tuple:
         """(x, h): heights [m] at npix x npix pixel centres over a square of `width` [m], the diameter if
         absent; row = y, NaN outside the disc."""
-        pixels("npix", npix, _aberfit.MOST_PIXELS)
+        npix = whole("npix", npix, _aberfit.MOST_PIXELS)
         width = 2 * self.radius if width is None else positive("width", width)
         x = (np.arange(npix) - 0.5 * (npix - 1)) * (width / npix)
         inside = x[None, :] ** 2 + x[:, None] ** 2 <= self.radius**2
@@ -146,9 +153,10 @@ class Surface:
         return x, h
 
     def opd(self, npix=257, *, width=None) -> np.ndarray:
-        """Optical path difference [m] on such a grid, twice the height, 0 outside the disc: what `fits-opd`
-        writes. Its sign is that of the surface. Programs that count a longer path as positive need -opd,
-        which turns the image by 180 degrees and leaves its energies as they are."""
+        """Optical path difference [m] on such a grid, twice the height, 0 outside the disc. Its sign is that
+        of the surface. Programs that count a longer path as positive need -opd, which turns the image by 180
+        degrees and leaves its energies as they are. (The grid of the format `fits-opd` ends at the rim: its
+        pixels are width/(npix - 1) apart.)"""
         return np.nan_to_num(2 * self.grid(npix, width=width)[1])
 
     def rms(self, *, inner_radius=0.0) -> float:
@@ -170,22 +178,25 @@ class Surface:
                 refuse(
                     "psd", "f with plane waves or even powers", "no f: the estimate has its own frequencies"
                 )
+            npix = whole("npix", npix, _aberfit.MOST_PIXELS, 16)
             low, high, values = self._terms.estimated(npix)
             return np.sqrt(low * high), values
         if f is None:
             n = max((n for n, _ in self.zernike), default=1)
             f = np.geomspace(0.25 / self.radius, 2 * (n + 1) / (2 * np.pi * self.radius), 100)
-        f = np.atleast_1d(np.asarray(f, dtype=float))
-        if f.ndim != 1 or not np.all(np.isfinite(f)) or np.any(f < 0):
+        most = _MOST_CYCLES / self.radius
+        f = np.atleast_1d(numbers("f", f))
+        if f.ndim != 1 or not np.all((f >= 0) & (f <= most)):
             refuse(
-                "f", "another shape, NaN, infinity or a negative number", "a list of frequencies from 0 on"
+                "f", "another shape, NaN or a number outside", f"frequencies from 0 to {most:g} cycles/m"
             )
         return f, self._terms.spectrum(f * (1 - 1e-4), np.maximum(f * (1 + 1e-4), 1e-6 / self.radius))
 
     def _inside(self, inner_radius):
+        inner_radius = number("inner_radius", inner_radius)
         if not 0 <= inner_radius < self.radius:
             refuse("inner_radius", inner_radius, f"from 0 to the radius, {self.radius:g} m")
-        return float(inner_radius)
+        return inner_radius
 
     # Conventions and files.
     def _indexed(self, index, first):
@@ -218,13 +229,15 @@ class Surface:
     def write(
         self, path, format, *, wavelength=632.8e-9, npix=257, inner_radius=0.0, title=""
     ) -> pathlib.Path:
-        """Writes the surface in a format of `formats()`. path: a file, or a folder for the usual name.
-        wavelength: [m], of formats that need one."""
+        """Writes the surface in a format of `formats()`. path: a file, whose folder is made if need be, or a
+        folder for the usual name. wavelength: [m], of formats that need one."""
         if format not in self.formats():
             refuse("format", repr(format), ", ".join(self.formats()))
         if format == "coefficients-csv":
             name, content = "coefficients.csv", self._terms.csv().encode()
         else:
+            wavelength = positive("wavelength", wavelength)
+            npix = whole("npix", npix, _aberfit.MOST_PIXELS)
             name, content = self._terms.exported(
                 format, wavelength, npix, self._inside(inner_radius), title
             )
