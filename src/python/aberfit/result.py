@@ -143,8 +143,8 @@ class Result(collections.abc.Mapping):
 
     @property
     def theory(self) -> types.SimpleNamespace | None:
-        """The mean focus of theory as arrays, see `focus`; None without roughness. `psd`, `verify`, `solve` and
-        `chart` have no focus and raise ComputationError."""
+        """The mean focus of theory as arrays, see `focus`; None without roughness. `psd`, `verify`, `solve`
+        and `chart` have no focus and raise ComputationError."""
         found = self._need_focus().get("theory")
         return types.SimpleNamespace(**found) if found else None
 
@@ -225,8 +225,8 @@ class Result(collections.abc.Mapping):
         _aberfit.write_file(os.fspath(path), self._answer.html().encode())
 
     def to_frame(self):
-        """The main table as a pandas DataFrame: the statistics (of `verify` those that decide), the budgets of `solve`, the octaves of `psd`,
-        the methods of `chart`."""
+        """The main table as a pandas DataFrame: the statistics (of `verify` those that decide), the budgets
+        of `solve`, the octaves of `psd`, the methods of `chart`."""
         import pandas
 
         found = self.document

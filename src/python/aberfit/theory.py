@@ -78,8 +78,8 @@ class Halo:
 
     kernel: fraction of the energy per pixel (y x x), the axis in the middle. core: fraction that is not
     scattered. halo: sum of the kernel. beyond: fraction scattered beyond the frame. core + halo + beyond = 1.
-    pixel: its side [m]. One kernel serves all of a mirror, so light at an angle to the surface, which scatters
-    less, is left out: 1.4 % of the scatter at f/2, 6 % at f/1.
+    pixel: its side [m]. One kernel serves all of a mirror, so it leaves out that light at an angle to the
+    surface scatters less: 1.4 % of the scatter at f/2, 6 % at f/1.
     """
 
     def __init__(self, kernel, core, halo, beyond, pixel):
