@@ -86,6 +86,8 @@ std::shared_ptr<const Study> study_of(const Json& content) {
   if (content.contains("set"))
     for (const auto& [pointer, value] : content["set"].items())
       changes.push_back(pointer + "=" + value.dump());
+  if (content.contains("study") && content.contains("file"))
+    refuse("/file", "a file beside a study", "one of the two");
   if (content.contains("study"))
     return std::make_shared<const Study>(parse_study(content["study"].dump(), "request", changes));
   const std::string file = text_of(content, "file");

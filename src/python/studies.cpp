@@ -12,9 +12,9 @@
 #include "aberfit/report/documents.h"
 #include "aberfit/report/html_report.h"
 #include "aberfit/report/result.h"
-#include "aberfit/study/read_study.h"
 #include "background.h"
 #include "parts.h"
+#include "study_text.h"
 #include "views.h"
 
 namespace py = pybind11;
@@ -49,17 +49,6 @@ void put_profile(StudyData& data, const Numbers& x, const Numbers& value, bool i
 void put_mask(StudyData& data, const Numbers& mask) {
   data.mask = std::make_shared<const Grid>(grid_of(mask));
 }
-
-// A study that is read when a command runs, so that reading, too, is done without the interpreter's lock.
-struct StudyText {
-  std::string text, path;  // text empty: the file at path
-  std::vector<std::string> changes;
-  StudyData data;
-
-  Study read() const {
-    return text.empty() ? read_study(path, changes, data) : parse_study(text, path, changes, data);
-  }
-};
 
 struct Settings {
   int threads = 0;

@@ -13,6 +13,7 @@
 #include "aberfit/theory/halo_kernel.h"
 #include "aberfit/theory/scatter_function.h"
 #include "parts.h"
+#include "study_text.h"
 #include "views.h"
 
 namespace py = pybind11;
@@ -26,9 +27,9 @@ Eigen::ArrayXd each(const Eigen::ArrayXd& points, const Function& function) {
 }
 
 // The study of a text whose roughness is needed.
-std::shared_ptr<const Study> rough_study(const std::string& text) {
-  const auto study = std::make_shared<const Study>(parse_study(text, "call"));
-  if (!study->psd) throw InputError("call", "/roughness", kMissing, "a roughness is needed");
+std::shared_ptr<const Study> rough_study(const StudyText& text) {
+  const auto study = std::make_shared<const Study>(text.read());
+  if (!study->psd) throw InputError(text.path, "/roughness", kMissing, "a roughness is needed");
   return study;
 }
 
@@ -44,7 +45,7 @@ std::pair<double, double> rms_in_band(const RadialPsd& psd, double f_min, double
 // The mean focus of a mirror, and the scatter of its roughness.
 class MeanLight {
  public:
-  explicit MeanLight(const std::string& text)
+  explicit MeanLight(const StudyText& text)
       : study_(rough_study(text)),
         psd_(*study_->psd),
         spot_(std::make_shared<const GeneralisedHarveyShack>(psd_, study_->mirror, study_->aperture,
@@ -72,7 +73,7 @@ HaloKernel kernel_of(const MeanLight& self, double pixel, int pixels, double f_m
 
 void add_psd(py::module_& module) {
   py::class_<RadialPsd>(module, "RadialPsd")
-      .def(py::init([](const std::string& text) { return RadialPsd(*rough_study(text)->psd); }))
+      .def(py::init([](const StudyText& text) { return RadialPsd(*rough_study(text)->psd); }))
       .def("__call__", [](const RadialPsd& self, const Eigen::ArrayXd& f) { return each(f, self); })
       .def_property_readonly("f_min", &RadialPsd::f_min)
       .def_property_readonly("f_max", &RadialPsd::f_max)
@@ -95,7 +96,7 @@ void add_theory(py::module_& module) {
       .def_readonly("halo", &HaloKernel::halo)
       .def_readonly("beyond", &HaloKernel::beyond);
   py::class_<MeanLight>(module, "MeanLight")
-      .def(py::init<const std::string&>(), unlocked)
+      .def(py::init<const StudyText&>(), unlocked)
       .def_property_readonly("focal_length",
                              [](const MeanLight& self) { return self.study().mirror.focal_length; })
       .def(

@@ -77,6 +77,8 @@ TEST(Serve, SaysWhatIsWrongAndGoesOn) {
       "\n"
       R"({"id": "i", "method": "schema", "of": "nonsense"})"
       "\n");
+  const auto both = answers_to(R"({"id": 1, "method": "check", "study": {}, "file": "study.json"})");
+  EXPECT_EQ(both.at(0)["error"]["pointer"], "/file");
   const auto twice = answers_to(R"({"id": 1, "method": "check", "method": "fit"})");
   ASSERT_EQ(twice.size(), 1u);
   EXPECT_EQ(twice[0]["error"]["pointer"], "/method");

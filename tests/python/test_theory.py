@@ -1,5 +1,8 @@
 """Theory alone against closed forms and direct sums."""
 
+import json
+import pickle
+
 import numpy as np
 import pytest
 
@@ -82,9 +85,19 @@ def test_the_halo_of_a_band_accounts_for_all_light():
         assert inside <= wide.halo <= around
 
 
-def test_a_study_may_stand_for_the_scene(small):
+def test_a_study_may_stand_for_the_scene(small, tmp_path):
     light = aberfit.ghs(small)
     assert light.study is small and 0 < light.tis < 1
+    path = tmp_path / "study.json"
+    path.write_text(json.dumps(small))
+    assert aberfit.ghs(path).tis == light.tis
+    x = np.arange(2000) * 0.5e-3
+    profile = aberfit.Profile(x, np.cumsum(np.random.default_rng(1).normal(size=x.size)) * 1e-10)
+    measured = {"model": "measured", "file": "scan"}
+    by_scene = aberfit.ghs(**SCENE, psd=measured, profile=profile)
+    found = aberfit.psd(small | {"roughness": {"psd": measured}}, profile=profile)
+    assert by_scene.g == pytest.approx(aberfit.ghs(**SCENE, psd=found["roughness"]["psd"]).g, rel=1e-9)
+    assert pickle.loads(pickle.dumps(by_scene)).g == by_scene.g
     with pytest.raises(aberfit.InputError):
         aberfit.ghs({k: v for k, v in small.items() if k != "roughness"})
 

@@ -87,6 +87,13 @@ def band(f_min, f_max):
     return f_min, f_max
 
 
+def path_text(what, path):
+    """The name of a file or folder."""
+    if not isinstance(path, (str, os.PathLike)) or "\0" in os.fspath(path):
+        refuse(what, repr(path), "the name of a file or folder")
+    return os.fspath(path)
+
+
 def json_text(value, what):
     """JSON of dicts, lists, texts and numbers, NumPy's among them."""
 

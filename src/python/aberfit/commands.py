@@ -8,31 +8,15 @@ import json
 import os
 
 from . import _aberfit
-from .checks import json_text, positive, refuse, whole
-from .data import study_data
+from .checks import path_text, positive, refuse, whole
+from .data import study_text
 from .result import Result
 from .surface import Surface
 
 
-def _study(study, changes, data):
-    """A dict or a path as the compiled part takes it."""
-    if changes is not None and not hasattr(changes, "items"):
-        refuse("changes", repr(changes), '{"/json/pointer": value}')
-    changes = [f"{pointer}={json_text(value, pointer)}" for pointer, value in (changes or {}).items()]
-    if isinstance(study, (str, os.PathLike)):
-        return _aberfit.StudyText("", _path("study", study), changes, data)
-    return _aberfit.StudyText(json_text(study, "study"), "study", changes, data)
-
-
-def _path(what, path):
-    if not isinstance(path, (str, os.PathLike)) or "\0" in os.fspath(path):
-        refuse(what, repr(path), "the name of a file or folder")
-    return os.fspath(path)
-
-
 def _settings(output=None, pictures=None, arrays=None, force=False, threads=None, call=""):
     settings = _aberfit.Settings()
-    settings.output = _path("output", output) if output is not None else ""
+    settings.output = path_text("output", output) if output is not None else ""
     settings.pictures = str(pictures or "")
     settings.arrays = str(arrays or "")
     settings.force = bool(force)
@@ -53,8 +37,8 @@ def _run(command, study, *, profile=None, map=None, mask=None, changes=None, pro
     if isinstance(coefficients, Surface):
         settings.set_surface(coefficients._terms)
     elif coefficients is not None:
-        settings.coefficients = _path("coefficients", coefficients)
-    text = _study(study, changes, study_data(profile, map, mask))
+        settings.coefficients = path_text("coefficients", coefficients)
+    text = study_text(study, changes, profile, map, mask)
     surface = coefficients if isinstance(coefficients, Surface) else None
     return Result(_aberfit.run(command, text, settings, progress), settings.threads, surface)
 
@@ -153,9 +137,9 @@ def sweep(study, *, changes=None, output=None, **options):
     whose other arguments it takes. output: each case writes to a folder of its own there, 0001 and so on. For
     thousands of cases the program's `aberfit sweep` is faster, and goes on where it was stopped.
     """
-    given = study_data(*(options.get(key) for key in ("profile", "map", "mask")))
+    given = [options.get(key) for key in ("profile", "map", "mask")]
     commands = {"check": check, "trace": trace, "fit": fit, "solve": solve}
-    run, cases = _aberfit.sweep_cases(_study(study, changes, given))
+    run, cases = _aberfit.sweep_cases(study_text(study, changes, *given))
     for k in range(len(cases)):
         values = {pointer: json.loads(value) for pointer, value in cases.at(k)}
         folder = None if output is None else os.path.join(os.fspath(output), f"{k + 1:04}")

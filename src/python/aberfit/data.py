@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 
 import numpy as np
 
 from . import _aberfit
-from .checks import numbers, positive, refuse
+from .checks import json_text, numbers, path_text, positive, refuse
 
 
 @dataclasses.dataclass(eq=False)
@@ -48,7 +49,7 @@ def _matrix(what, values):
     return matrix
 
 
-def study_data(profile=None, map=None, mask=None):
+def _study_data(profile, map, mask):
     """The arrays in the form of the compiled part."""
     data = _aberfit.StudyData()
     if map is not None:
@@ -82,3 +83,14 @@ def study_data(profile=None, map=None, mask=None):
     if mask is not None:
         data.put_mask(_matrix("mask", mask))
     return data
+
+
+def study_text(study, changes=None, profile=None, map=None, mask=None):
+    """A dict or a path, with data in place of its files, as the compiled part takes it."""
+    if changes is not None and not hasattr(changes, "items"):
+        refuse("changes", repr(changes), '{"/json/pointer": value}')
+    changes = [f"{pointer}={json_text(value, pointer)}" for pointer, value in (changes or {}).items()]
+    data = _study_data(profile, map, mask)
+    if isinstance(study, (str, os.PathLike)):
+        return _aberfit.StudyText("", path_text("study", study), changes, data)
+    return _aberfit.StudyText(json_text(study, "study"), "study", changes, data)

@@ -7,7 +7,8 @@ import json
 import numpy as np
 
 from . import _aberfit
-from .checks import band, json_text, number, numbers, points, positive, refuse, shaped, whole
+from .checks import band, number, numbers, points, positive, refuse, shaped, whole
+from .data import study_text
 
 _SCENE = {
     "aberfit": 1,
@@ -33,7 +34,7 @@ class Psd:
 
     def __init__(self, **block):
         self.block = block
-        self._psd = _aberfit.RadialPsd(json_text({**_SCENE, "roughness": {"psd": block}}, "psd"))
+        self._psd = _aberfit.RadialPsd(study_text({**_SCENE, "roughness": {"psd": block}}))
 
     def __getstate__(self):
         return self.block
@@ -106,15 +107,15 @@ class Halo:
 class MeanLight:
     """The mean focus of mirrors with one roughness, by generalised Harvey-Shack theory; see `ghs`."""
 
-    def __init__(self, study):
-        self.study = study
-        self._light = _aberfit.MeanLight(json_text(study, "study"))
+    def __init__(self, study, profile=None, map=None, mask=None):
+        self.study, self._data = study, (profile, map, mask)
+        self._light = _aberfit.MeanLight(study_text(study, None, *self._data))
 
     def __getstate__(self):
-        return self.study
+        return self.study, *self._data
 
-    def __setstate__(self, study):
-        self.__init__(study)
+    def __setstate__(self, given):
+        self.__init__(*given)
 
     def __repr__(self):
         return f"<aberfit.MeanLight: g {self.g:.4g}, TIS {100 * self.tis:.4g} %>"
@@ -178,12 +179,23 @@ class MeanLight:
 
 
 def ghs(
-    study=None, *, focal_length=None, diameter=None, obscuration=None, wavelength=None, psd=None
+    study=None,
+    *,
+    focal_length=None,
+    diameter=None,
+    obscuration=None,
+    wavelength=None,
+    psd=None,
+    profile=None,
+    map=None,
+    mask=None,
 ) -> MeanLight:
-    """The mean focus of a rough mirror. Either a study (a dict), or
+    """The mean focus of a rough mirror. Either a study (a dict or a path), or
 
     focal_length, diameter, wavelength: numbers [m] or texts with a unit. obscuration: diameter of a central
     hole. psd: a Psd, or a block `roughness.psd`.
+
+    profile, map, mask: in place of the files of a measured PSD, as for `fit`.
     """
     parts = [focal_length, diameter, obscuration, wavelength, psd]
     if study is not None and any(part is not None for part in parts):
@@ -199,4 +211,4 @@ def ghs(
             "light": {"wavelength": wavelength},
             "roughness": {"psd": psd.block if isinstance(psd, Psd) else psd},
         }
-    return MeanLight(study)
+    return MeanLight(study, profile, map, mask)
