@@ -133,6 +133,8 @@ Result seen(const PyAnswer& self, const py::object& progress,
 py::object image_of(const PyAnswer& self, double pixel, int pixels, double dz) {
   if (!self.answer.focus) return py::none();
   return owned(seen<Eigen::ArrayXXd>(self, py::none(), [&](const ArrayInput& focus) {
+    if (pixel > focus.mirror.focal_length)
+      throw InputError("call", "pixel", fmt::format("{:g}", pixel), "at most the focal length");
     const FocalLight& light = focus.surface ? *focus.surface : *focus.theory;
     return light.image(dz, 0.5 * pixel * pixels, pixels);
   }));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "aberfit/core/quadrature.h"
 #include "aberfit/theory/round_pixels.h"
@@ -13,53 +15,93 @@ namespace {
 
 using EnergyWithin = std::function<Eigen::ArrayXd(const Eigen::ArrayXd& radii)>;
 
-// Flux of the energy E(r) of light that an aperture diffracts. E/r^2 is interpolated in a table whose nodes
-// are a sixteenth of the finest detail apart, and far out a 16,000th of the radius: there the aperture's
-// rings hold nothing, and only what scatters at one frequency of a thousand cycles across is smoothed.
-class DiffractedFlux {
+// E(r)/r^2 of light that an aperture diffracts, as polynomials over t = asinh(r/detail). A piece is halved
+// until its last coefficients are below the tolerance, or it is so short that it has the finest ripples: half
+// of `detail`, and far out, where only what scatters at one frequency can be as sharp, a 2000th of the
+// radius.
+class EnergyPerSquare {
  public:
-  DiffractedFlux(const EnergyWithin& energy, double detail, double farthest) : scale_(1000 * detail) {
-    const auto last = Eigen::Index(std::asinh(farthest / scale_) / kStep) + kPoints;
-    const Eigen::ArrayXd radii =
-        scale_ * (kStep * Eigen::ArrayXd::LinSpaced(last + 1, 0.0, double(last))).sinh();
-    per_square_ = energy(radii) / radii.square();
-    // On the axis, by the even polynomial through the next three nodes.
-    per_square_[0] = (15 * per_square_[1] - 6 * per_square_[2] + per_square_[3]) / 10;
+  EnergyPerSquare(const EnergyWithin& energy, double detail, double farthest) : detail_(detail) {
+    constexpr double kTolerance = 1e-7;  // of the energy
+    const Eigen::ArrayXd node =
+        -(Eigen::ArrayXd::LinSpaced(kNodes, 0.5, kNodes - 0.5) * (std::numbers::pi / kNodes)).cos();
+    Eigen::MatrixXd transform(kNodes, kNodes);
+    for (int k = 0; k < kNodes; ++k)
+      transform.row(k) = (k == 0 ? 1.0 : 2.0) / kNodes * (k * node.acos()).cos().matrix().transpose();
+    std::vector<Piece> waiting;
+    const double last = std::asinh(farthest / detail);
+    const int first_pieces = 1 + int(2 * last);
+    for (int k = 0; k < first_pieces; ++k)
+      waiting.push_back({last * k / first_pieces, last * (k + 1) / first_pieces, {}});
+    while (!waiting.empty()) {
+      Eigen::ArrayXd radii(Eigen::Index(waiting.size()) * kNodes);
+      for (std::size_t k = 0; k < waiting.size(); ++k)
+        radii.segment(Eigen::Index(k) * kNodes, kNodes) =
+            detail * (waiting[k].middle() + waiting[k].half() * node).sinh();
+      const Eigen::ArrayXd value = energy(radii) / radii.square();
+      std::vector<Piece> halves;
+      for (std::size_t k = 0; k < waiting.size(); ++k) {
+        Piece& piece = waiting[k];
+        piece.coefficient = transform * value.segment(Eigen::Index(k) * kNodes, kNodes).matrix();
+        const double end = detail * std::sinh(piece.to), length = end - detail * std::sinh(piece.from);
+        const double error = piece.coefficient.tail<2>().lpNorm<1>() * end * end;
+        if (error < kTolerance || length < 0.5 * std::hypot(detail, 1e-3 * end)) {
+          pieces_.push_back(piece);
+        } else {
+          halves.push_back({piece.from, piece.middle(), {}});
+          halves.push_back({piece.middle(), piece.to, {}});
+        }
+      }
+      waiting = std::move(halves);
+    }
+    std::sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.from < b.from; });
   }
 
+  double operator()(double radius) const {
+    const double t = std::asinh(radius / detail_);
+    const auto after = std::upper_bound(pieces_.begin() + 1, pieces_.end(), t,
+                                        [](double value, const Piece& piece) { return value < piece.from; });
+    const Piece& piece = *(after - 1);
+    const double x = (t - piece.middle()) / piece.half();  // Clenshaw's sum
+    double one = 0, two = 0;
+    for (int k = kNodes - 1; k > 0; --k) two = std::exchange(one, piece.coefficient[k] + 2 * x * one - two);
+    return piece.coefficient[0] + x * one - two;
+  }
+
+ private:
+  static constexpr int kNodes = 10;
+  struct Piece {
+    double from, to;  // of t
+    Eigen::Matrix<double, kNodes, 1> coefficient;
+    double middle() const { return 0.5 * (from + to); }
+    double half() const { return 0.5 * (to - from); }
+  };
+  double detail_;  // [m]
+  std::vector<Piece> pieces_;
+};
+
+// The flux of that energy through a piece of an edge, see round_pixels.
+class DiffractedFlux {
+ public:
+  DiffractedFlux(const EnergyWithin& energy, double detail, double farthest)
+      : detail_(detail), per_square_(energy, detail, farthest) {}
+
   double operator()(double y, double a, double b) const {
-    const double detail = 1e-3 * std::hypot(scale_, std::hypot(a, y));
-    const int pieces = int(std::ceil((b - a) / detail));
+    const double resolved = std::hypot(detail_, 1e-3 * std::hypot(a, y));
+    const int pieces = int(std::ceil((b - a) / resolved));
     const double half = 0.5 * (b - a) / pieces;
     double sum = 0;
     for (int k = 0; k < pieces; ++k) {
       const double middle = a + (2 * k + 1) * half;
       for (Eigen::Index i = 0; i < rule_.nodes.size(); ++i)
-        sum += half * rule_.weights[i] * per_square(std::hypot(middle + half * rule_.nodes[i], y));
+        sum += half * rule_.weights[i] * per_square_(std::hypot(middle + half * rule_.nodes[i], y));
     }
     return sum * y / (2 * std::numbers::pi);
   }
 
  private:
-  static constexpr double kStep = 1.0 / 16000;
-  static constexpr int kPoints = 6;
-
-  // By the polynomial through six nodes; below the axis stand those above it.
-  double per_square(double radius) const {
-    const double at = std::asinh(radius / scale_) / kStep;
-    const Eigen::Index first = Eigen::Index(at) - kPoints / 2 + 1;
-    double sum = 0;
-    for (int j = 0; j < kPoints; ++j) {
-      double part = per_square_[std::abs(first + j)];
-      for (int k = 0; k < kPoints; ++k)
-        if (k != j) part *= (at - double(first + k)) / (j - k);
-      sum += part;
-    }
-    return sum;
-  }
-
-  double scale_;  // [m]
-  Eigen::ArrayXd per_square_;
+  double detail_;  // [m]
+  EnergyPerSquare per_square_;
   Quadrature rule_ = gauss_legendre(8, -1, 1);
 };
 

@@ -348,6 +348,8 @@ def test_an_image_on_coarse_pixels_is_the_sum_of_fine_ones(small, command):
     assert result.image(1e-4, 5, dz=1e-3).sum() == pytest.approx(1, abs=0.1)
     with pytest.raises(aberfit.InputError):
         result.image(-1, 5)
+    with pytest.raises(aberfit.InputError, match="focal length"):
+        result.image(2.1, 5)
 
 
 def test_tables_are_data_frames(small):

@@ -22,7 +22,10 @@ class _Kept:
     def __init__(self, answer):
         self.json, self.code, self.headline = answer.json, answer.code, answer.headline
         self._shown = answer.text(), answer.first_screen(), answer.html()
-        self._focus = answer.focus()
+        try:
+            self._focus = answer.focus()
+        except _aberfit.ComputationError:  # nothing to show
+            self._focus = None
 
     def text(self):
         return self._shown[0]
