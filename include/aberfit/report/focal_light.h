@@ -41,7 +41,7 @@ std::unique_ptr<FocalLight> ray_light(RayBundle rays, RayBundle nominal, Centre 
 std::unique_ptr<FocalLight> surface_light(const LightPath& path, const Eigen::VectorXd& coefficients,
                                           int threads);
 
-/// The ensemble-mean spot of a rough surface, which is round. shear_per_frequency: lambda f [m^2].
+/// The ensemble-mean spot of a rough surface, averaged over directions. shear_per_frequency: lambda f [m^2].
 std::unique_ptr<FocalLight> mean_light(std::shared_ptr<const GeneralisedHarveyShack> spot,
                                        double shear_per_frequency, int threads);
 

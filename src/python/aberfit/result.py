@@ -205,8 +205,8 @@ class Result(collections.abc.Mapping):
 
     def image(self, pixel, npix, dz=0.0) -> np.ndarray:
         """Fraction of the energy per pixel (y x x) of the surface's spot with its scatter, on npix x npix
-        pixels of `pixel` [m] in the plane dz [m] behind the focus: what a detector sees. Of theory for
-        commands without a surface."""
+        pixels of `pixel` [m] in the plane dz [m] behind the focus: what a detector sees. Of theory, averaged
+        over directions, for commands without a surface."""
         pixel, npix = positive("pixel", pixel), whole("npix", npix, _aberfit.MOST_PIXELS)
         image = self._answer.image(pixel, npix, number("dz", dz))
         if image is None:

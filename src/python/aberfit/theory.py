@@ -151,7 +151,8 @@ class MeanLight:
 
     def psf(self, pixel, npix, dz=0.0):
         """Fraction of the energy per pixel of an image of npix x npix pixels of `pixel` [m] (y x x), right to
-        1e-6 for pixels of any size."""
+        1e-6 for pixels of any size. The light of an aperture that is not round is averaged over
+        directions."""
         npix = whole("npix", npix, _aberfit.MOST_PIXELS)
         pixel = positive("pixel", pixel, self._light.focal_length)
         return self._light.image(number("dz", dz), 0.5 * pixel * npix, npix)
