@@ -120,6 +120,10 @@ def test_refuses_what_cannot_be():
     with pytest.raises(TypeError):
         aberfit.Surface(radius=R, zernike={(2.5, 0.5): 1e-9})
     assert aberfit.Surface(radius=R, noll={4: 1e-9}) == aberfit.Surface(radius=R, zernike={(2, 0): 1e-9})
+    both = [0, 0, 0, 1e-9]
+    assert aberfit.Surface(radius=R, noll=both, fringe=both).to_noll()[3] == pytest.approx(
+        1e-9 + 1e-9 / 3**0.5
+    )
     assert aberfit.Surface(radius=np.array(R), fringe={4: 1e-9}).to_fringe()[3] == pytest.approx(1e-9)
     assert surface.psd(0.0)[1][0] >= 0
     height = surface.heights([0.0, 0.1], 0.0)

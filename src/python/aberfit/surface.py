@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import operator
-import os
 import pathlib
 
 import numpy as np
 
 from . import _aberfit
-from .checks import number, numbers, positive, refuse, whole
+from .checks import number, numbers, path_text, positive, refuse, whole
 
 _MOST_N = 300  # radial order of a Zernike term
 _MOST_CYCLES = 1e6  # over the radius; a PSD there is averaged over hundreds of ripples
@@ -40,7 +39,7 @@ class Surface:
                 continue
             for j, a in values.items() if hasattr(values, "items") else enumerate(values, first):
                 mode = mode_of(whole("index", j, (_MOST_N + 1) ** 2, first))
-                peak = _aberfit.zernike_norm(*mode) if values is fringe else 1.0
+                peak = _aberfit.zernike_norm(*mode) if mode_of is _aberfit.from_fringe else 1.0
                 terms[mode] = terms.get(mode, 0.0) + a / peak
         radius = positive("radius", radius)
         modes = []
@@ -83,7 +82,7 @@ class Surface:
     @classmethod
     def read(cls, path, *, radius=None):
         """Reads coefficients.csv, or a Zernike file of CODE V (ZFR or WFR), which needs `radius`."""
-        path = os.fspath(path)
+        path = path_text("path", path)
         with open(path, encoding="utf-8", errors="replace") as file:
             ours = file.readline().startswith("# aberfit")
         if ours or path.endswith(".csv"):
