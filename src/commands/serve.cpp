@@ -75,7 +75,7 @@ void require_known_keys(const Json& content) {
   static const std::vector<std::string> kKeys = {"id", "method", "study", "file", "set", "output", "of"};
   for (const auto& [key, value] : content.items())
     if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end())
-      refuse("/" + key, "an unknown key", fmt::format("{}", fmt::join(kKeys, ", ")));
+      refuse(child_pointer("", key), "an unknown key", fmt::format("{}", fmt::join(kKeys, ", ")));
 }
 
 // The study of a request: a block `study`, or the path of a file; with the values of `set`.

@@ -29,7 +29,7 @@ class Running {
     while (count() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   static bool ends() { return ending(); }
-  /// In a process that was forked off: calls go on in its parent only.
+  /// Sets the count to 0, in a process that was forked off: the calls go on in its parent only.
   static void forget() { count() = 0; }
 
  private:

@@ -82,11 +82,16 @@ RunOptions options_of(const Settings& settings) {
   return options;
 }
 
+// What Python shows of a focus. No file of the program has both.
+struct PyFocus : FocusArrays {
+  std::optional<ScatterTable> scatter;  // of the roughness beside the terms
+};
+
 // An answer, and its numbers once they have been asked for.
 struct PyAnswer {
   Answer answer;
   nlohmann::ordered_json document;  // made at once, while the input files are what they were
-  std::shared_ptr<const FocusArrays> arrays;
+  std::shared_ptr<const PyFocus> arrays;
 
   std::string json() const { return document.dump(2) + "\n"; }
   std::string text() const { return text_of(answer.page, {100, false}); }
@@ -118,21 +123,20 @@ py::dict light_of(const LightArrays& light, const std::shared_ptr<const FocusArr
 
 // What `look` makes of the light of an answer.
 template <typename Result>
-Result seen(const PyAnswer& self, const py::object& progress,
-            const std::function<Result(const ArrayInput&)>& look) {
+Result seen(const PyAnswer& self, const std::function<Result(const ArrayInput&)>& look) {
   return in_background<Result>(
       [&](Hooks&) {
         Result result;
         self.answer.focus([&](const ArrayInput& focus) { result = look(focus); });
         return result;
       },
-      progress);
+      py::none());
 }
 
 // The spot of the surface, or else of theory, as fractions of the energy per pixel.
 py::object image_of(const PyAnswer& self, double pixel, int pixels, double dz) {
   if (!self.answer.focus) return py::none();
-  return owned(seen<Eigen::ArrayXXd>(self, py::none(), [&](const ArrayInput& focus) {
+  return owned(seen<Eigen::ArrayXXd>(self, [&](const ArrayInput& focus) {
     if (pixel > focus.mirror.focal_length)
       throw InputError("call", "pixel", fmt::format("{:g}", pixel), "at most the focal length");
     const FocalLight& light = focus.surface ? *focus.surface : *focus.theory;
@@ -140,11 +144,13 @@ py::object image_of(const PyAnswer& self, double pixel, int pixels, double dz) {
   }));
 }
 
-py::object focus_of(PyAnswer& self, const py::object& progress) {
+py::object focus_of(PyAnswer& self) {
   if (!self.answer.focus) return py::none();
   if (!self.arrays)
-    self.arrays = seen<std::shared_ptr<const FocusArrays>>(self, progress, [](const ArrayInput& focus) {
-      return std::make_shared<const FocusArrays>(make_focus_arrays(focus));
+    self.arrays = seen<std::shared_ptr<const PyFocus>>(self, [](const ArrayInput& focus) {
+      auto made = std::make_shared<PyFocus>(PyFocus{make_focus_arrays(focus), {}});
+      if (focus.rest) made->scatter = scatter_table(ScatterFunction(*focus.rest, focus.wavelength));
+      return made;
     });
   const auto& arrays = self.arrays;
   py::dict result;
@@ -235,7 +241,7 @@ void add_studies(py::module_& module) {
       .def("text", &PyAnswer::text)
       .def("first_screen", &PyAnswer::first_screen)
       .def("html", &PyAnswer::html)
-      .def("focus", &focus_of, py::arg("progress") = py::none())
+      .def("focus", &focus_of)
       .def("image", &image_of)
       .def("save", &save);
   module.def("run", &run, py::arg("command"), py::arg("study"), py::arg("settings"), py::arg("progress"));

@@ -87,11 +87,9 @@ FocusArrays make_focus_arrays(const ArrayInput& input) {
   if (input.theory) arrays.theory->mtf = input.theory->round_transfer(frequency);
   if ((arrays.surface && arrays.surface->otf) || (arrays.theory && arrays.theory->mtf))
     arrays.frequency = frequency;
-  if (input.rest) {
-    const ScatterFunction scatter(*input.rest, input.wavelength);
-    arrays.halo = halo_kernel(scatter, pixel / input.mirror.focal_length, pixels);
-    arrays.scatter = scatter_table(scatter);
-  }
+  if (input.rest)
+    arrays.halo = halo_kernel(ScatterFunction(*input.rest, input.wavelength),
+                              pixel / input.mirror.focal_length, pixels);
   return arrays;
 }
 

@@ -22,7 +22,7 @@ using EnergyWithin = std::function<Eigen::ArrayXd(const Eigen::ArrayXd& radii)>;
 class EnergyPerSquare {
  public:
   EnergyPerSquare(const EnergyWithin& energy, double detail, double farthest) : detail_(detail) {
-    constexpr double kTolerance = 1e-7;  // of the energy
+    constexpr double kTolerance = 1e-7;  // of the energy; the mean spot itself is interpolated to 2e-6
     const Eigen::ArrayXd node =
         -(Eigen::ArrayXd::LinSpaced(kNodes, 0.5, kNodes - 0.5) * (std::numbers::pi / kNodes)).cos();
     Eigen::MatrixXd transform(kNodes, kNodes);
@@ -69,6 +69,7 @@ class EnergyPerSquare {
   }
 
  private:
+  // With 8 to 16 nodes the errors for the Airy pattern stay below 2e-7, and evaluations differ by a factor 2.
   static constexpr int kNodes = 10;
   struct Piece {
     double from, to;  // of t

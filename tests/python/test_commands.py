@@ -340,7 +340,7 @@ def test_scatter_beside_the_terms_is_that_of_the_files(small, tmp_path):
 def test_an_image_on_coarse_pixels_is_the_sum_of_fine_ones(small, command):
     result = command(small | {"terms": {"band": "15 /m", "zernike": {"n_max": 12}}})
     fine, coarse = result.image(2e-6, 99), result.image(22e-6, 9)
-    # What the pupil grid of a surface folds is corrected in the middle of each pixel.
+    # The correction for light that the pupil grid folds is taken in the middle of each pixel.
     np.testing.assert_allclose(coarse, fine.reshape(9, 11, 9, 11).sum(axis=(1, 3)), atol=1e-5)
     step = result.pixel[1] - result.pixel[0]
     frame = result.image(step, result.pixel.size) / step**2

@@ -76,7 +76,7 @@ double airy_share_in_square(double side) {
   return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(at, 0.0, kEighth, 12, 1e-12) / kEighth;
 }
 
-// From pixels of a fortieth of lambda F to twenty of them, squares of pixels hold what the closed form says.
+// Squares of pixels hold what the closed form says, with pixels of a fortieth of lambda F to twenty of it.
 TEST(RoundImage, OfTheAiryPatternHoldsItsLight) {
   for (const double pixel : {0.025, 0.3, 1.0, 4.4, 20.0}) {
     for (const int pixels : {33, 34}) {

@@ -9,7 +9,6 @@
 #include "aberfit/report/focal_light.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/theory/halo_kernel.h"
-#include "aberfit/theory/scatter_function.h"
 
 namespace aberfit {
 
@@ -48,7 +47,6 @@ struct FocusArrays {
   std::optional<LightArrays> theory, surface;
   /// Scatter of the roughness beside the terms on the pixels of the PSF. `surface` has it already.
   std::optional<HaloKernel> halo;
-  std::optional<ScatterTable> scatter;  ///< that scatter over its angles; no file of arrays has it
 };
 FocusArrays make_focus_arrays(const ArrayInput& input);
 

@@ -20,7 +20,7 @@ def _settings(output=None, pictures=None, arrays=None, force=False, threads=None
     settings.pictures = str(pictures or "")
     settings.arrays = str(arrays or "")
     settings.force = bool(force)
-    settings.threads = 0 if threads is None else whole("threads", threads, 100000)
+    settings.threads = 0 if threads is None else whole("threads", threads, 65536)
     settings.call = call
     return settings
 
@@ -142,7 +142,7 @@ def sweep(study, *, changes=None, output=None, **options):
     run, cases = _aberfit.sweep_cases(study_text(study, changes, *given))
     for k in range(len(cases)):
         values = {pointer: json.loads(value) for pointer, value in cases.at(k)}
-        folder = None if output is None else os.path.join(os.fspath(output), f"{k + 1:04}")
+        folder = None if output is None else os.path.join(path_text("output", output), f"{k + 1:04}")
         result = commands[run](study, changes={**(changes or {}), **values}, output=folder, **options)
         if result.interrupted:
             raise KeyboardInterrupt

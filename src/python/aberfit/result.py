@@ -5,13 +5,12 @@ from __future__ import annotations
 import collections.abc
 import functools
 import json
-import os
 import types
 
 import numpy as np
 
 from . import _aberfit
-from .checks import number, positive, refuse, whole
+from .checks import number, path_text, positive, refuse, whole
 from .surface import Surface
 from .theory import Halo
 
@@ -225,7 +224,7 @@ class Result(collections.abc.Mapping):
 
     def report(self, path):
         """Writes report.html without pictures, one file, to `path`."""
-        _aberfit.write_file(os.fspath(path), self._answer.html().encode())
+        _aberfit.write_file(path_text("path", path), self._answer.html().encode())
 
     def to_frame(self):
         """The main table as a pandas DataFrame: the statistics (of `verify` those that decide), the budgets
